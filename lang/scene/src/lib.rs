@@ -1,0 +1,25 @@
+//! What a scene means, as plain data: the author's [`Scene`], whose values may move, and the [`World`], the scene at one
+//! instant of a frame, where nothing moves any more.
+//!
+//! Both are built from the same types, written once over a [`Rate`]: `Material<Animated>` holds [`Track`]s,
+//! `Material<Still>` holds plain values. This crate knows no parser, no GPU and no file.
+//!
+//! Lengths are metres, angles radians, times seconds, colours linear Rec. 709, radiance W/(m² sr); the world is
+//! right-handed with y up.
+
+mod mesh;
+mod rate;
+mod scene;
+mod tape;
+mod track;
+mod world;
+
+pub use mesh::{Mesh, MeshError};
+pub use rate::{Animated, Rate, Still};
+pub use scene::*;
+pub use tape::{Binary, Instruction, Orient, Register, Tape, Unary};
+pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Space, Track, Value};
+pub use world::*;
+
+/// A colour: linear Rec. 709 red, green and blue, each 0 or more.
+pub type Color = glam::Vec3;

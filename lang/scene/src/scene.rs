@@ -1,0 +1,358 @@
+//! The scene as its author wrote it, names resolved and expressions folded; only what depends on `time` is left open.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DQuat, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::{Animated, Color, Mesh, Rate, Track};
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// How the picture is made.
+    pub render: Render,
+    /// Exposure and tone curve of display files.
+    pub look: Look<Animated>,
+    /// Frames and shutter.
+    pub clock: Clock,
+    /// Every camera, by declaration.
+    pub cameras: Vec<Camera<Animated>>,
+    /// Which of `cameras` takes the picture; none only where the scene has none.
+    pub camera: Option<usize>,
+    /// Groups and shapes, parents before their children.
+    pub nodes: Vec<Node>,
+    /// The materials that `nodes` refer to.
+    pub materials: Vec<Material<Animated>>,
+    /// The light from infinitely far away.
+    pub sky: Option<Sky<Animated>>,
+}
+
+/// How the picture is made; vocabulary.md, `render`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Render {
+    /// Width and height in pixels, 1..=16384 each.
+    pub resolution: [u32; 2],
+    /// Samples a pixel, 1 or more.
+    pub samples: u32,
+    /// Scatterings of one path: 0 = only emission seen directly.
+    pub max_bounces: u32,
+    /// Bounce from which Russian roulette may end a path.
+    pub roulette_from: u32,
+    /// Pixel filter.
+    pub filter: Filter,
+    /// Full width of the filter in pixels, above 0.
+    pub filter_width: f64,
+    /// Where the random numbers come from.
+    pub sampler: Sampler,
+    /// Another seed, another noise.
+    pub seed: u32,
+}
+
+impl Default for Render {
+    fn default() -> Self {
+        Self {
+            resolution: [1280, 720],
+            samples: 128,
+            max_bounces: 8,
+            roulette_from: 4,
+            filter: Filter::BlackmanHarris,
+            filter_width: 1.5,
+            sampler: Sampler::Sobol,
+            seed: 0,
+        }
+    }
+}
+
+/// The pixel filters; all separable and sampled by importance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Filter {
+    /// Constant over the width.
+    Box,
+    /// σ = width / 6, cut at the ends.
+    Gaussian,
+    /// The four-term Blackman–Harris window.
+    BlackmanHarris,
+}
+
+/// The sources of random numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sampler {
+    /// Owen-scrambled Sobol points.
+    Sobol,
+    /// PCG hashes, independent.
+    Random,
+}
+
+/// What turns linear light into display values. EXR files do not see it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Look<R: Rate> {
+    /// Stops: linear light · 2^exposure.
+    pub exposure: R::Of<f64>,
+    /// Tone curve.
+    pub tonemap: Tonemap,
+}
+
+/// Tone curves; light-transport.md §16.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Tonemap {
+    /// Sobotka's AgX, base look, exact curve.
+    Agx,
+    /// Hill's fit of the ACES curve.
+    Aces,
+    /// x / (1 + x) a channel.
+    Reinhard,
+    /// Clipped to 0..=1.
+    None,
+}
+
+/// Frames over time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clock {
+    /// Frames a second, above 0.
+    pub fps: f64,
+    /// Length in seconds, 0 or more.
+    pub duration_s: f64,
+    /// The part of a frame's interval during which the shutter is open, 0..=1 (the language's angle / 360°).
+    pub shutter: f64,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { fps: 24.0, duration_s: 0.0, shutter: 0.0 }
+    }
+}
+
+impl Clock {
+    /// How many frames the scene has: ⌈duration · fps⌉ after rounding to 1e-6, and at least one.
+    pub fn frame_count(&self) -> i64 {
+        let frames = (self.duration_s * self.fps * 1e6).round() / 1e6;
+        (frames.ceil() as i64).max(1)
+    }
+
+    /// The shutter of frame `frame`.
+    pub fn shutter_of(&self, frame: i64) -> Shutter {
+        self.shutter_at(frame as f64 / self.fps)
+    }
+
+    /// The shutter that opens at `time_s`.
+    pub fn shutter_at(&self, time_s: f64) -> Shutter {
+        Shutter { open_s: time_s, close_s: time_s + self.shutter / self.fps }
+    }
+}
+
+/// When the shutter opens and closes, in seconds; `open_s <= close_s`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Shutter {
+    pub open_s: f64,
+    pub close_s: f64,
+}
+
+/// A camera. It looks along its own −z, x to the right, y up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Camera<R: Rate> {
+    /// The author's name, or the kind where there is none.
+    pub name: String,
+    /// The node it moves with.
+    pub parent: Option<usize>,
+    /// Where the eye is, in the parent's space.
+    pub position: R::Of<DVec3>,
+    /// Where it looks.
+    pub aim: Aim<R>,
+    /// Vertical field of view in radians, across the image's height; above 0, below π.
+    pub fov: R::Of<f64>,
+    /// Lens diameter in metres; 0 is a pinhole.
+    pub aperture_m: R::Of<f64>,
+    /// Distance along the axis to the plane in focus, in metres. `None`: that of the point aimed at.
+    pub focus_m: Option<R::Of<f64>>,
+}
+
+/// Where a camera looks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Aim<R: Rate> {
+    /// As this rotation turns it.
+    Rotation(R::Of<DQuat>),
+    /// At a point of the parent's space.
+    Point {
+        /// The point.
+        target: R::Of<DVec3>,
+        /// What is up in the picture; not along the view.
+        up: R::Of<DVec3>,
+    },
+    /// At a node's origin in the world.
+    Node {
+        /// Index into [`Scene::nodes`].
+        target: usize,
+        /// What is up in the picture; not along the view.
+        up: R::Of<DVec3>,
+    },
+}
+
+/// A shape, or a group that others move with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Node {
+    /// The author's name, or the kind where there is none.
+    pub name: String,
+    /// Index of the node it moves with, smaller than its own.
+    pub parent: Option<usize>,
+    /// How it is placed in its parent.
+    pub placing: Placing,
+    /// Its geometry; none for a group.
+    pub shape: Option<Shape<Animated>>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    /// Not there for any ray while false.
+    pub visible: Track<bool>,
+}
+
+/// A point goes through `scale`, then `rotation`, then `position`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placing {
+    /// Metres.
+    pub position: Track<DVec3>,
+    /// A unit quaternion.
+    pub rotation: Track<DQuat>,
+    /// One factor an axis, none 0.
+    pub scale: Track<DVec3>,
+}
+
+impl Default for Placing {
+    fn default() -> Self {
+        Self { position: DVec3::ZERO.into(), rotation: DQuat::IDENTITY.into(), scale: DVec3::ONE.into() }
+    }
+}
+
+/// Geometry in its own space, centred on its own origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Shape<R: Rate> {
+    /// All points `radius_m` from the origin.
+    Sphere {
+        /// Above 0.
+        radius_m: R::Of<f64>,
+    },
+    /// A box.
+    Box {
+        /// Lengths of the edges, above 0.
+        size_m: DVec3,
+    },
+    /// A rectangle.
+    Quad {
+        /// Its axes.
+        frame: Frame,
+        /// Along `frame.x` and `frame.y`, above 0.
+        size_m: DVec2,
+    },
+    /// The infinite plane through the origin.
+    Plane {
+        /// Its axes.
+        frame: Frame,
+    },
+    /// Triangles.
+    Mesh(Arc<Mesh>),
+}
+
+/// An orthonormal right-handed frame of a flat shape: u runs along x, v along y, z is the normal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Width direction.
+    pub x: DVec3,
+    /// Height direction.
+    pub y: DVec3,
+    /// The normal.
+    pub z: DVec3,
+}
+
+impl Frame {
+    /// The frame of a `quad`, `disk` or `plane`: width along `up × normal`, height along `normal × width`; where the
+    /// normal is ±`up`, width along +x. `None` if `normal` or `up` has no length, or the normal is ±`up` along x.
+    pub fn facing(normal: DVec3, up: DVec3) -> Option<Frame> {
+        let z = normal.try_normalize()?;
+        let up = up.try_normalize()?;
+        let across = up.cross(z);
+        let x = if across.length() > 1e-6 {
+            across.normalize()
+        } else {
+            (DVec3::X - z * DVec3::X.dot(z)).try_normalize()?
+        };
+        Some(Frame { x, y: z.cross(x), z })
+    }
+
+    /// The matrix whose columns are x, y and z.
+    pub fn matrix(&self) -> DMat3 {
+        DMat3::from_cols(self.x, self.y, self.z)
+    }
+}
+
+/// What a surface does with light; vocabulary.md, Materials.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Material<R: Rate> {
+    /// Energy-preserving Oren–Nayar (EON).
+    Diffuse {
+        /// Reflectance, 0..=1 a channel.
+        color: R::Of<Color>,
+        /// 0 (Lambert) ..= 1.
+        roughness: R::Of<f64>,
+    },
+    /// A GGX conductor with F82-tint Fresnel.
+    Metal {
+        /// Reflectance at normal incidence, 0..=1 a channel.
+        color: R::Of<Color>,
+        /// Tint at 82°, 0..=1 a channel.
+        edge_tint: R::Of<Color>,
+        /// Perceptual, 0..=1; α = roughness².
+        roughness: R::Of<f64>,
+    },
+    /// Smooth glass.
+    Dielectric {
+        /// Refractive index of the inside, 1 or more.
+        ior: R::Of<f64>,
+        /// The colour of white light after `attenuation_distance_m`, 0..=1 a channel.
+        attenuation_color: Color,
+        /// Metres; infinite for clear glass.
+        attenuation_distance_m: f64,
+    },
+    /// Light.
+    Emitter {
+        /// Scales `emission` by channel; 0 or more.
+        color: R::Of<Color>,
+        /// How much light.
+        emission: Emission<R>,
+        /// Whether the inner side shines too.
+        two_sided: bool,
+    },
+}
+
+impl Material<Animated> {
+    /// `diffuse {}`: what a shape without a material has.
+    pub fn default_diffuse() -> Self {
+        Material::Diffuse { color: Color::splat(0.8).into(), roughness: 0.0.into() }
+    }
+}
+
+/// How much light an emitter gives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Emission<R: Rate> {
+    /// W/(m² sr), 0 or more.
+    Radiance(R::Of<f64>),
+    /// W over the whole surface in the world (both sides if two-sided), 0 or more.
+    Power(R::Of<f64>),
+}
+
+/// The light from infinitely far away.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Sky<R: Rate> {
+    /// Radiance in every direction.
+    pub color: R::Of<Color>,
+    /// Scales `color`; 0 or more.
+    pub strength: R::Of<f64>,
+    /// Whether the camera itself sees it.
+    pub visible: bool,
+}

@@ -1,0 +1,58 @@
+//! The scene at one instant: no tracks, every transform in the world.
+
+use glam::DAffine3;
+use serde::{Deserialize, Serialize};
+
+use crate::{Color, Look, Material, Render, Shape, Shutter, Sky, Still};
+
+/// What the renderer draws.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct World {
+    /// How the picture is made.
+    pub render: Render,
+    /// Exposure and tone curve of display files.
+    pub look: Look<Still>,
+    /// When the shutter is open.
+    pub shutter: Shutter,
+    /// The camera that takes the picture.
+    pub view: View,
+    /// Every visible shape.
+    pub instances: Vec<Instance>,
+    /// The materials that `instances` refer to, indexed as in the scene.
+    pub materials: Vec<Material<Still>>,
+    /// The light from infinitely far away, if any.
+    pub sky: Option<Sky<Still>>,
+}
+
+/// A camera in the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// Rotation and position, no scale. The camera looks along its own −z, x to the right, y up.
+    pub world_from_camera: DAffine3,
+    /// Vertical field of view in radians, above 0, below π.
+    pub fov: f64,
+    /// Lens diameter in metres, 0 or more.
+    pub aperture_m: f64,
+    /// Distance along the axis to the plane in focus, in metres, above 0.
+    pub focus_m: f64,
+}
+
+/// A shape in the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Instance {
+    /// Index into the scene's nodes.
+    pub node: usize,
+    /// Its geometry.
+    pub shape: Shape<Still>,
+    /// From the shape's own space to the world, when the shutter opens. Not singular.
+    pub world_from_object: DAffine3,
+    /// Index into [`World::materials`].
+    pub material: usize,
+}
+
+impl World {
+    /// The sky's radiance: 0 where there is no sky.
+    pub fn sky_radiance(&self) -> Color {
+        self.sky.as_ref().map_or(Color::ZERO, |sky| sky.color * sky.strength as f32)
+    }
+}
