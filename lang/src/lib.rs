@@ -1,1 +1,8 @@
-//! kinora-lang
+//! The Kinora scene language: text to [`Scene`](kinora_scene), with diagnostics.
+
+pub mod diagnostic;
+pub mod files;
+pub mod source;
+pub mod syntax;
+
+pub use syntax::{Tree, parse};

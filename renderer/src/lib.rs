@@ -1,1 +1,21 @@
-//! kinora-renderer
+//! A [`World`](kinora_scene::World) to pixels. [`pack()`] lays the scene out in flat arrays, a [`Backend`] traces them,
+//! a [`Film`] collects the passes, [`develop()`] makes display values of it.
+//!
+//! Two backends run the same kernel: [`cpu`], its Rust translation over all cores, and [`gpu`], its WGSL through wgpu.
+//! A pixel is a function of world, settings, pixel and sample index: the same bits on the same backend, whatever the
+//! threads, tiles or interruptions.
+
+pub mod backend;
+pub mod cpu;
+mod develop;
+mod film;
+pub mod gpu;
+mod pack;
+mod render;
+pub mod suite;
+
+pub use backend::{Backend, BackendError, Choice, Control, open};
+pub use develop::{Image, develop};
+pub use film::Film;
+pub use pack::{PackError, pack};
+pub use render::{RenderError, Renderer};

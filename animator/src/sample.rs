@@ -1,0 +1,62 @@
+//! The stage itself: a scene and a shutter give a world.
+
+use kinora_scene::{Instance, Scene, Shutter, World};
+
+use crate::{
+    camera::view,
+    error::{Fault, Place, SampleError},
+    material::{look, material, shape, sky},
+    pose::poses,
+    read::Now,
+};
+
+/// The scene when the shutter opens: every value, every transform in the world, what is invisible left out. A group that
+/// is invisible hides what moves with it, but not a camera.
+///
+/// # Errors
+/// The first property, in the order look, camera, nodes, materials, sky, that has no usable value at that time; see
+/// [`Fault`]. Nodes that nobody sees or needs are not judged.
+pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
+    let now = Now { time_s: shutter.open_s, fps: scene.clock.fps };
+    let poses = poses(scene, now);
+
+    let no_camera = || now.reader(Place::Render, "render").error("camera", Fault::NoCamera);
+    let camera_index = scene.camera.ok_or_else(no_camera)?;
+    let camera = scene.cameras.get(camera_index).ok_or_else(no_camera)?;
+
+    let look = look(now.reader(Place::Render, "render"), &scene.look)?;
+    let view = view(now.reader(Place::Camera(camera_index), &camera.name), camera, &poses)?;
+
+    let mut instances = Vec::new();
+    for (index, (node, pose)) in scene.nodes.iter().zip(poses).enumerate() {
+        if !pose.shown {
+            continue;
+        }
+        let read = now.reader(Place::Node(index), &node.name);
+        let world_from_object = pose.world_from_node?;
+        let Some(geometry) = &node.shape else { continue };
+        if !world_from_object.matrix3.determinant().is_normal() || !world_from_object.inverse().is_finite() {
+            return Err(read.error("scale", Fault::Singular));
+        }
+        if node.material >= scene.materials.len() {
+            return Err(read.error("material", Fault::Dangling));
+        }
+        let shape = shape(read, geometry)?;
+        instances.push(Instance { node: index, shape, world_from_object, material: node.material });
+    }
+
+    let wearer = |index| scene.nodes.iter().find(|node| node.shape.is_some() && node.material == index);
+    let materials = scene.materials.iter().enumerate().map(|(index, surface)| {
+        let name = wearer(index).map_or("", |node| node.name.as_str());
+        material(now.reader(Place::Material(index), name), surface)
+    });
+    Ok(World {
+        render: scene.render.clone(),
+        look,
+        shutter,
+        view,
+        instances,
+        materials: materials.collect::<Result<_, _>>()?,
+        sky: scene.sky.as_ref().map(|scene_sky| sky(now.reader(Place::Sky, "sky"), scene_sky)).transpose()?,
+    })
+}

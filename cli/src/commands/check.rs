@@ -1,0 +1,138 @@
+//! `kinora check`: everything short of rendering.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use kinora_lang::diagnostic::{MAX_SHOWN, list, to_json};
+use kinora_lang::source::FileId;
+
+use crate::exit::{self, Outcome};
+use crate::session::{self, Changes, Loaded};
+use crate::{report, terminal};
+
+/// The environment's say in the format.
+const FORMAT: &str = "KINORA_FORMAT";
+
+/// Find mistakes in scenes: everything short of rendering, the first and the last frame included.
+///
+/// Example: kinora check examples --deny warnings
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Scenes, and folders to look for *.kin in; - reads a scene from standard input
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// How findings are written; KINORA_FORMAT says it too [default: full]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// End with exit code 1 for these too
+    #[arg(long, value_enum)]
+    deny: Option<Deny>,
+    /// What a scene from standard input is called, and where its files are looked for
+    #[arg(long, value_name = "PATH", default_value = "stdin.kin", hide_default_value = true)]
+    stdin_path: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// With the lines they are about, on stderr
+    Full,
+    /// path:line:col: error[E0201]: message, on stderr
+    Short,
+    /// An array of records, on stdout
+    Json,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Deny {
+    /// Every warning
+    Warnings,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let start = Instant::now();
+    let format = match (args.format, std::env::var(FORMAT)) {
+        (Some(format), _) => format,
+        (None, Ok(name)) if !name.is_empty() => {
+            Format::from_str(&name, true).map_err(|_| format!("{FORMAT} is `{name}`: full, short and json are known"))?
+        }
+        _ => Format::Full,
+    };
+    let files = find(&args.paths)?;
+    let (mut found, mut sources) = (Vec::new(), Vec::new());
+    for (number, file) in files.iter().enumerate() {
+        let loaded = load(file, FileId(number as u32), &args.stdin_path)?;
+        sources.extend(if matches!(format, Format::Json) { loaded.sources.clone() } else { loaded.sources_as_given() });
+        found.extend(ends(&loaded));
+        found.extend(loaded.diagnostics);
+    }
+    let limit = if matches!(format, Format::Json) { usize::MAX } else { MAX_SHOWN };
+    let listing = list(found, limit);
+    match format {
+        Format::Full => terminal::err(&report::full(&listing, &sources)),
+        Format::Short => terminal::err(&report::short(&listing, &sources)),
+        Format::Json => terminal::out(&to_json(&listing.shown, &sources))?,
+    }
+    let counts = report::counts(listing.errors, listing.warnings);
+    let (count, ms) = (files.len(), start.elapsed().as_millis());
+    terminal::err(&format!("checked {count} file{} in {ms} ms: {counts}\n", if count == 1 { "" } else { "s" }));
+    let faulty = listing.errors > 0 || (args.deny.is_some() && listing.warnings > 0);
+    Ok(if faulty { exit::FINDINGS } else { exit::CLEAN })
+}
+
+fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
+    if file != Path::new("-") {
+        return session::load_as(id, file, &Changes::default());
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin().read_to_end(&mut bytes).map_err(|error| format!("cannot read standard input: {error}"))?;
+    session::load_bytes(id, stdin_path, &bytes, &Changes::default())
+}
+
+/// What is wrong in the first frame, else in the last.
+fn ends(loaded: &Loaded) -> Option<kinora_lang::diagnostic::Diagnostic> {
+    let clock = loaded.scene.as_ref()?.clock;
+    [0, clock.frame_count() - 1].into_iter().find_map(|frame| loaded.sample(clock.shutter_of(frame)).err()).map(|found| *found)
+}
+
+/// The scenes that the paths mean: files as they are, folders by what is in them.
+fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, String> {
+    let mut files = Vec::new();
+    for path in paths {
+        let first = files.len();
+        match path.is_dir() {
+            true => walk(path, &mut files)?,
+            false => files.push(path.clone()),
+        }
+        if files.len() == first {
+            return Err(format!("there is no *.kin in `{}`", path.display()));
+        }
+    }
+    Ok(files)
+}
+
+// Adds every *.kin in and below `folder`, sorted. What is hidden, called `target` or linked is left out.
+fn walk(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
+    let mut open = vec![folder.to_path_buf()];
+    let first = files.len();
+    while let Some(folder) = open.pop() {
+        let unreadable = |error| format!("cannot read the folder `{}`: {error}", folder.display());
+        for entry in std::fs::read_dir(&folder).map_err(unreadable)? {
+            let entry = entry.map_err(unreadable)?;
+            let (name, kind) = (entry.file_name(), entry.file_type().map_err(unreadable)?);
+            if name.to_string_lossy().starts_with('.') {
+                continue;
+            }
+            if kind.is_dir() && name != "target" {
+                open.push(entry.path());
+            } else if kind.is_file() && entry.path().extension().is_some_and(|ending| ending == "kin") {
+                files.push(entry.path());
+            }
+        }
+    }
+    if let Some(found) = files.get_mut(first..) {
+        found.sort();
+    }
+    Ok(())
+}

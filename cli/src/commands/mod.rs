@@ -1,0 +1,11 @@
+//! The commands, one file each.
+
+#[cfg(feature = "render")]
+pub mod animate;
+pub mod check;
+pub mod explain;
+pub mod info;
+pub mod inspect;
+pub mod params;
+#[cfg(feature = "render")]
+pub mod render;

@@ -1,0 +1,276 @@
+//! `kinora render`: one frame.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use kinora_renderer::{BackendError, Film, RenderError, Renderer};
+use kinora_scene::World;
+use serde::Serialize;
+
+use crate::encode::{self, Bits, Format, Stamp, Target};
+use crate::exit::{self, Outcome};
+use crate::flags::{PictureFlags, SceneFlags};
+use crate::progress::Progress;
+use crate::session::{self, Loaded};
+use crate::stop::Stop;
+use crate::terminal;
+
+/// Render one frame.
+///
+/// Example: kinora render cornell.kin -o cornell.png --samples 64
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneFlags,
+    /// The picture: .png, .jpg (as a display shows it), .exr or .hdr (linear light) [default: the scene's name.png, here]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// The frame's number [default: 0]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i64>,
+    /// The time instead of a frame's number: --time 2.5s
+    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "frame", allow_hyphen_values = true)]
+    time: Option<Time>,
+    #[command(flatten)]
+    picture: PictureFlags,
+    #[command(flatten)]
+    output_flags: OutputFlags,
+}
+
+/// How the result is written and told.
+#[derive(Clone, Debug, clap::Args)]
+pub struct OutputFlags {
+    /// Bits a channel of a PNG
+    #[arg(long, value_name = "8|16", default_value = "8", hide_default_value = true, value_parser = bits)]
+    bits: Bits,
+    /// Show no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print what it took on stdout, as one line of JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl OutputFlags {
+    /// The format that `path` asks for.
+    pub fn format(&self, path: &Path) -> Result<Format, String> {
+        Format::of(path, self.bits)
+    }
+}
+
+/// A time on the command line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Time {
+    Seconds(f64),
+    Frames(f64),
+}
+
+/// What it took.
+#[derive(Default, Serialize)]
+pub struct Statistics {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skipped: Option<usize>,
+    /// A pixel.
+    pub samples: u32,
+    pub load_s: f64,
+    pub build_s: f64,
+    pub render_s: f64,
+    pub rays: u64,
+    pub peak_bytes: Option<u64>,
+    pub backend: Option<&'static str>,
+}
+
+impl Statistics {
+    /// Prints the line.
+    pub fn print(mut self) -> Result<(), String> {
+        self.peak_bytes = peak_bytes();
+        // Strings and numbers always serialise.
+        terminal::out(&(serde_json::to_string(&self).unwrap_or_default() + "\n"))
+    }
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene.file));
+    let format = args.output_flags.format(&output)?;
+    refuse_input(&output, &args.scene.file)?;
+    let target = Target::new(&output)?;
+    let stop = Stop::listen().map_err(|error| format!("cannot listen for Ctrl-C: {error}"))?;
+
+    let start = Instant::now();
+    let loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
+    loaded.report();
+    let Some(scene) = loaded.scene.as_deref() else { return Ok(exit::FINDINGS) };
+    let frame = match (args.frame, args.time) {
+        (_, Some(Time::Seconds(seconds))) => seconds * scene.clock.fps,
+        (_, Some(Time::Frames(frame))) => frame,
+        (frame, None) => frame.unwrap_or(0) as f64,
+    };
+    let world = match loaded.sample(scene.clock.shutter_at(frame / scene.clock.fps)) {
+        Ok(world) => world,
+        Err(found) => {
+            loaded.report_one(&found);
+            return Ok(exit::FINDINGS);
+        }
+    };
+    let load = start.elapsed();
+
+    let mut renderer = Renderer::new(args.picture.open().map_err(|error| error.to_string())?);
+    let progress = Progress::new(args.output_flags.quiet, None);
+    let started = Instant::now();
+    let film = match draw(&mut renderer, &world, &progress, &stop) {
+        Ok(film) => film,
+        Err(end) => {
+            progress.end(String::new);
+            return end.finish(&loaded);
+        }
+    };
+    let stamp = Stamp {
+        scene: encode::scene_hash(scene),
+        seed: world.render.seed,
+        frame,
+        samples: film.samples(),
+        backend: renderer.backend().name(),
+        fps: scene.clock.fps,
+        key: None,
+    };
+    target.write(&encode::encode(&film, &world.look, format, &stamp)?)?;
+    progress.end(|| summary(target.path(), &film, started.elapsed()));
+    if args.output_flags.json {
+        let mut statistics = Statistics { load_s: load.as_secs_f64(), ..Statistics::default() };
+        statistics.add(&renderer, &film, started.elapsed());
+        statistics.print()?;
+    }
+    Ok(exit::CLEAN)
+}
+
+impl Statistics {
+    /// Adds a picture; `whole` is the time since before its tree was built.
+    pub fn add(&mut self, renderer: &Renderer, film: &Film, whole: Duration) {
+        let build = renderer.build_time();
+        self.samples = film.samples();
+        self.build_s += build.as_secs_f64();
+        self.render_s += whole.saturating_sub(build).as_secs_f64();
+        self.rays += film.rays();
+        self.backend = Some(renderer.backend().name());
+    }
+}
+
+/// Why there is no picture.
+pub enum End {
+    /// Someone asked to stop: the exit code.
+    Stopped(u8),
+    /// The renderer could not.
+    Failed(RenderError),
+}
+
+impl End {
+    /// Says so; gives the exit code.
+    pub fn finish(self, loaded: &Loaded) -> Outcome {
+        match self {
+            End::Stopped(code) => {
+                terminal::err("stopped; the unfinished picture was not written\n");
+                Ok(code)
+            }
+            End::Failed(RenderError::Pack(error)) => {
+                loaded.report_one(&session::too_large(&error));
+                Ok(exit::FINDINGS)
+            }
+            End::Failed(RenderError::Backend(error @ BackendError::Device(_))) => {
+                terminal::error(&error.to_string());
+                Ok(exit::STOPPED)
+            }
+            End::Failed(RenderError::Backend(error)) => Err(error.to_string()),
+        }
+    }
+}
+
+/// Renders `world`.
+pub fn draw(renderer: &mut Renderer, world: &World, progress: &Progress, stop: &Stop) -> Result<Film, End> {
+    let stopped = || stop.asked().map_or(Ok(()), |code| Err(End::Stopped(code)));
+    stopped()?;
+    progress.begin(world.render.resolution, world.render.samples);
+    let film = renderer.render(world, &|done| {
+        progress.picture(done);
+        stop.asked().is_none()
+    });
+    let film = film.map_err(End::Failed)?;
+    stopped()?;
+    Ok(film)
+}
+
+/// `name: 640 × 360, 128 samples, 12.3 s`
+fn summary(path: &Path, film: &Film, time: Duration) -> String {
+    let [width, height] = film.size();
+    format!("{}: {width} × {height}, {} samples, {:.1} s", path.display(), film.samples(), time.as_secs_f64())
+}
+
+fn default_output(scene: &Path) -> PathBuf {
+    Path::new(scene.file_name().unwrap_or("kinora".as_ref())).with_extension("png")
+}
+
+/// A picture must not take the place of the scene.
+pub fn refuse_input(output: &Path, input: &Path) -> Result<(), String> {
+    let same = match (output.canonicalize(), input.canonicalize()) {
+        (Ok(output), Ok(input)) => output == input,
+        _ => output == input,
+    };
+    if same { Err(format!("`{}` is the scene itself; choose another output", output.display())) } else { Ok(()) }
+}
+
+fn time(text: &str) -> Result<Time, String> {
+    let text = text.trim();
+    let at = text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
+    let (number, unit) = text.split_at(at);
+    let number = number.parse::<f64>().ok().filter(|number| number.is_finite());
+    match (number, unit) {
+        (Some(seconds), "s") => Ok(Time::Seconds(seconds)),
+        (Some(ms), "ms") => Ok(Time::Seconds(ms / 1000.0)),
+        (Some(minutes), "min") => Ok(Time::Seconds(minutes * 60.0)),
+        (Some(frames), "f") => Ok(Time::Frames(frames)),
+        (Some(0.0), "") => Ok(Time::Seconds(0.0)),
+        (Some(number), "") => Err(format!("times need a unit: {number}s, or {number}f for frames")),
+        _ => Err("write a number and s, ms, min or f".into()),
+    }
+}
+
+fn bits(text: &str) -> Result<Bits, String> {
+    match text {
+        "8" => Ok(Bits::Eight),
+        "16" => Ok(Bits::Sixteen),
+        _ => Err("a PNG has 8 or 16 bits a channel".into()),
+    }
+}
+
+// The most memory that this process has held, where the system says.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times() {
+        for (text, expected) in [
+            ("2.5s", Some(Time::Seconds(2.5))),
+            ("400ms", Some(Time::Seconds(0.4))),
+            ("1min", Some(Time::Seconds(60.0))),
+            ("-1s", Some(Time::Seconds(-1.0))),
+            ("48f", Some(Time::Frames(48.0))),
+            ("0", Some(Time::Seconds(0.0))),
+            ("2", None),
+            ("s", None),
+            ("", None),
+            ("2h", None),
+            ("infs", None),
+            ("nans", None),
+        ] {
+            assert_eq!(time(text).ok(), expected, "{text:?}");
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Pictures as files: the format by the name's ending, the facts that every file carries, and writing that never leaves
+//! half a file. There is no date in a file, so that the same picture is the same bytes.
+
+mod exr;
+mod other;
+mod png;
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use kinora_renderer::{Film, develop};
+use kinora_scene::{Look, Scene, Still, World};
+
+/// What every file says about its program.
+const SOFTWARE: &str = concat!("kinora ", env!("CARGO_PKG_VERSION"));
+/// The name under which a frame of a sequence carries its key.
+const FRAME_KEY: &str = "kinora:frameKey";
+
+/// A way to write a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Display values, without loss.
+    Png {
+        /// Of a channel.
+        bits: Bits,
+    },
+    /// Linear light, 32-bit float.
+    Exr,
+    /// Linear light, shared exponent.
+    Hdr,
+    /// Display values, quality 95.
+    Jpg,
+}
+
+/// Bits of a PNG's channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Bits {
+    #[default]
+    Eight,
+    Sixteen,
+}
+
+impl Format {
+    /// The format that the ending of `path` asks for.
+    ///
+    /// # Errors
+    /// The ending is none that pictures have, or comes later.
+    pub fn of(path: &Path, bits: Bits) -> Result<Format, String> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
+        match ending.as_str() {
+            "png" => Ok(Format::Png { bits }),
+            "exr" => Ok(Format::Exr),
+            "hdr" => Ok(Format::Hdr),
+            "jpg" | "jpeg" => Ok(Format::Jpg),
+            "mp4" | "gif" | "webm" | "apng" => {
+                Err(format!("not yet: `.{ending}` films come in a later version; write a sequence such as out/frame.####.png"))
+            }
+            "" => Err(format!("`{}` has no ending that names a format: png, exr, hdr or jpg", path.display())),
+            other => Err(format!("pictures cannot be written as `.{other}`: png, exr, hdr and jpg can")),
+        }
+    }
+
+    // A name that a frame's key depends on.
+    fn name(self) -> &'static str {
+        match self {
+            Format::Png { bits: Bits::Eight } => "png8",
+            Format::Png { bits: Bits::Sixteen } => "png16",
+            Format::Exr => "exr",
+            Format::Hdr => "hdr",
+            Format::Jpg => "jpg",
+        }
+    }
+}
+
+/// The facts that a file carries.
+#[derive(Clone, Debug)]
+pub struct Stamp {
+    /// [`scene_hash`].
+    pub scene: String,
+    /// Of the noise.
+    pub seed: u32,
+    /// The frame's number; between two frames, time · fps.
+    pub frame: f64,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// `cpu` or `gpu`.
+    pub backend: &'static str,
+    /// Frames a second.
+    pub fps: f64,
+    /// [`frame_key`], of a frame in a sequence.
+    pub key: Option<String>,
+}
+
+impl Stamp {
+    fn entries(&self) -> Vec<(&'static str, String)> {
+        let mut entries = vec![
+            ("kinora:scene", self.scene.clone()),
+            ("kinora:version", env!("CARGO_PKG_VERSION").into()),
+            ("kinora:seed", self.seed.to_string()),
+            ("kinora:frame", self.frame.to_string()),
+            ("kinora:samples", self.samples.to_string()),
+            ("kinora:backend", self.backend.into()),
+        ];
+        entries.extend(self.key.clone().map(|key| (FRAME_KEY, key)));
+        entries
+    }
+}
+
+/// A hash of all that the scene says, meshes included; the same in every run.
+pub fn scene_hash(scene: &Scene) -> String {
+    hash(scene, &[])
+}
+
+/// A hash of all that one frame's file depends on, but for the device.
+pub fn frame_key(world: &World, format: Format) -> String {
+    hash(world, &[env!("CARGO_PKG_VERSION"), format.name()])
+}
+
+fn hash(value: &impl serde::Serialize, more: &[&str]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for text in more {
+        hasher.update(text.as_bytes());
+        hasher.update(&[0]);
+    }
+    // Neither plain data nor a hasher can fail to take the other.
+    let _ = postcard::to_io(value, io::BufWriter::with_capacity(1 << 16, &mut hasher));
+    hasher.finalize().to_hex().to_string()
+}
+
+/// The picture as the bytes of a file.
+///
+/// # Errors
+/// The picture is larger than the format allows.
+pub fn encode(film: &Film, look: &Look<Still>, format: Format, stamp: &Stamp) -> Result<Vec<u8>, String> {
+    let (mean, size) = (film.mean(), film.size());
+    match format {
+        Format::Png { bits } => png::encode(&develop(&mean, size, look), bits, stamp),
+        Format::Exr => exr::encode(&mean, size, stamp),
+        Format::Hdr => other::hdr(&mean, size, stamp),
+        Format::Jpg => other::jpg(&develop(&mean, size, look), stamp),
+    }
+}
+
+/// The key in a file that was written as a frame of a sequence; `None` if there is no such file or it has no key.
+pub fn key_of(path: &Path, format: Format) -> Option<String> {
+    match format {
+        Format::Png { .. } => png::text(path, FRAME_KEY),
+        Format::Exr => exr::text(path, FRAME_KEY),
+        Format::Hdr | Format::Jpg => other::text(path, FRAME_KEY),
+    }
+}
+
+/// A place to write a file to, tried out before there is anything to write.
+pub struct Target {
+    path: PathBuf,
+    beside: PathBuf,
+}
+
+impl Target {
+    /// A file at `path`; it is not touched yet.
+    ///
+    /// # Errors
+    /// There cannot be a file there.
+    pub fn new(path: &Path) -> Result<Target, String> {
+        let fault = |what: &dyn std::fmt::Display| format!("cannot write `{}`: {what}", path.display());
+        let name = path.file_name().ok_or_else(|| fault(&"the path names no file"))?;
+        if path.is_dir() {
+            return Err(fault(&"it is a folder"));
+        }
+        let mut hidden = OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}.tmp", std::process::id()));
+        let target = Target { path: path.to_path_buf(), beside: path.with_file_name(hidden) };
+        if !target.folder().is_dir() {
+            return Err(fault(&format_args!("there is no folder `{}`", target.folder().display())));
+        }
+        let tried = fs::File::create(&target.beside).and_then(|_| fs::remove_file(&target.beside));
+        tried.map_err(|error| fault(&error)).map(|()| target)
+    }
+
+    /// Where the file will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn folder(&self) -> &Path {
+        self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    }
+
+    /// Writes the file: beside its place first, then all of it at once.
+    ///
+    /// # Errors
+    /// The disk does not take it. Nothing is left behind.
+    pub fn write(&self, bytes: &[u8]) -> Result<(), String> {
+        let written = self.place(bytes);
+        if written.is_err() {
+            // It may not even have come to be.
+            let _ = fs::remove_file(&self.beside);
+        }
+        written.map_err(|error| format!("cannot write `{}`: {error}", self.path.display()))
+    }
+
+    fn place(&self, bytes: &[u8]) -> io::Result<()> {
+        let mut file = fs::File::create(&self.beside)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        drop(file);
+        fs::rename(&self.beside, &self.path)?;
+        // The new name itself; not every system lets a folder be opened.
+        if let Ok(folder) = fs::File::open(self.folder()) {
+            let _ = folder.sync_all();
+        }
+        Ok(())
+    }
+}

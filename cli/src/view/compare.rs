@@ -1,0 +1,144 @@
+//! What the viewer wants to know of a scene, and of two versions of it.
+
+use kinora_scene::{Aim, Animated, Camera, Emission, Material, Scene, Shape, Track};
+
+/// Whether the picture is taken as before: by a camera of the same name, place and aim. Where nodes come and go their
+/// indices change, so the nodes that the cameras refer to are compared by name.
+pub fn same_camera(old: &Scene, new: &Scene) -> bool {
+    let taker = |scene: &Scene| -> Option<(Camera<Animated>, [Option<String>; 2])> {
+        let mut camera = scene.cameras.get(scene.camera?)?.clone();
+        let name = |index: usize| scene.nodes.get(index).map(|node| node.name.clone());
+        let parent = camera.parent.take().and_then(name);
+        let target = match &mut camera.aim {
+            Aim::Node { target, .. } => name(std::mem::take(target)),
+            _ => None,
+        };
+        Some((camera, [parent, target]))
+    };
+    taker(old) == taker(new)
+}
+
+/// Whether anything in the picture depends on time.
+pub fn moves(scene: &Scene) -> bool {
+    let cameras = scene.cameras.iter().any(camera_moves);
+    let nodes = scene.nodes.iter().any(|node| {
+        let place = &node.placing;
+        runs(&place.position) || runs(&place.rotation) || runs(&place.scale) || runs(&node.visible)
+            || matches!(&node.shape, Some(Shape::Sphere { radius_m }) if runs(radius_m))
+    });
+    let sky = scene.sky.as_ref().is_some_and(|sky| runs(&sky.color) || runs(&sky.strength));
+    cameras || nodes || sky || scene.materials.iter().any(material_moves) || runs(&scene.look.exposure)
+}
+
+fn runs<T>(track: &Track<T>) -> bool {
+    track.constant().is_none()
+}
+
+fn camera_moves(camera: &Camera<Animated>) -> bool {
+    let aim = match &camera.aim {
+        Aim::Rotation(rotation) => runs(rotation),
+        Aim::Point { target, up } => runs(target) || runs(up),
+        Aim::Node { up, .. } => runs(up),
+    };
+    aim || runs(&camera.position) || runs(&camera.fov) || runs(&camera.aperture_m)
+        || camera.focus_m.as_ref().is_some_and(runs)
+}
+
+fn material_moves(material: &Material<Animated>) -> bool {
+    match material {
+        Material::Diffuse { color, roughness } => runs(color) || runs(roughness),
+        Material::Metal { color, edge_tint, roughness } => runs(color) || runs(edge_tint) || runs(roughness),
+        Material::Dielectric { ior, .. } => runs(ior),
+        Material::Emitter { color, emission, .. } => {
+            runs(color) || match emission {
+                Emission::Radiance(value) | Emission::Power(value) => runs(value),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use kinora_scene::{Clock, Key, Keys, Look, Node, Outside, Placing, Render, Space, Tonemap};
+
+    use super::*;
+
+    fn node(name: &str) -> Node {
+        let placing = Placing::default();
+        Node { name: name.into(), parent: None, placing, shape: None, material: 0, visible: true.into() }
+    }
+
+    fn scene() -> Scene {
+        let aim = Aim::Node { target: 0, up: DVec3::Y.into() };
+        let camera = Camera {
+            name: "camera".into(),
+            parent: None,
+            position: DVec3::Z.into(),
+            aim,
+            fov: 0.7.into(),
+            aperture_m: 0.0.into(),
+            focus_m: None,
+        };
+        Scene {
+            render: Render::default(),
+            look: Look { exposure: 0.0.into(), tonemap: Tonemap::Agx },
+            clock: Clock::default(),
+            cameras: vec![camera],
+            camera: Some(0),
+            nodes: vec![node("target")],
+            materials: vec![Material::default_diffuse()],
+            sky: None,
+        }
+    }
+
+    fn keys<T: Clone>(value: T) -> Track<T> {
+        let keys = vec![Key { time_s: 0.0, value, ease: Default::default() }];
+        Track::Keys(Keys { keys, outside: Outside::Hold, space: Space::Linear })
+    }
+
+    #[test]
+    fn a_camera_stays_the_same_while_others_come_and_go() {
+        let check = |expected, change: fn(&mut Scene)| {
+            let mut new = scene();
+            change(&mut new);
+            assert_eq!(same_camera(&scene(), &new), expected);
+        };
+        check(true, |_| ());
+        check(true, |new| new.materials.clear());
+        check(true, |new| {
+            new.nodes.insert(0, node("another"));
+            new.cameras[0].aim = Aim::Node { target: 1, up: DVec3::Y.into() };
+        });
+        check(true, |new| {
+            new.cameras.insert(0, Camera { name: "spare".into(), ..new.cameras[0].clone() });
+            new.camera = Some(1);
+        });
+        check(false, |new| new.cameras[0].fov = 0.8.into());
+        check(false, |new| new.nodes[0].name = "another".into());
+        check(false, |new| new.camera = None);
+    }
+
+    #[test]
+    fn whatever_has_a_track_moves() {
+        let check = |expected, change: fn(&mut Scene)| {
+            let mut scene = scene();
+            change(&mut scene);
+            assert_eq!(moves(&scene), expected);
+        };
+        check(false, |_| ());
+        check(true, |scene| scene.nodes[0].placing.position = keys(DVec3::X));
+        check(true, |scene| scene.nodes[0].visible = keys(false));
+        check(true, |scene| scene.nodes[0].shape = Some(Shape::Sphere { radius_m: keys(1.0) }));
+        check(true, |scene| scene.cameras[0].focus_m = Some(keys(1.0)));
+        check(true, |scene| scene.cameras[0].aim = Aim::Node { target: 0, up: keys(DVec3::Y) });
+        check(true, |scene| scene.look.exposure = keys(1.0));
+        check(true, |scene| {
+            scene.materials[0] = Material::Diffuse { color: glam::Vec3::ONE.into(), roughness: keys(0.5) };
+        });
+        check(true, |scene| {
+            let sky = kinora_scene::Sky { color: keys(glam::Vec3::ONE), strength: 1.0.into(), visible: true };
+            scene.sky = Some(sky);
+        });
+    }
+}

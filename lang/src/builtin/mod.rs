@@ -1,0 +1,253 @@
+//! The built-in functions, all pure: a table of names, parameters and what they compute.
+//!
+//! Numbers may move with time, so a function is written once over [`Scalar`]s and its constants fold.
+
+mod color;
+pub mod ease;
+mod math;
+mod random;
+mod table;
+mod turn;
+
+pub use color::srgb_to_linear;
+pub use table::BUILTINS;
+pub use turn::{quaternion, turn_after, turned};
+
+use crate::diagnostic::Diagnostic;
+use crate::dimension::Dimension;
+use crate::eval::graph::{Graph, Scalar};
+use crate::source::{FileId, Span};
+use crate::value::{Number, Value};
+
+/// A parameter of a function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Param {
+    /// As written in `name: value`.
+    pub name: &'static str,
+    /// Whether it may be left out.
+    pub optional: bool,
+}
+
+/// A built-in function.
+pub struct Builtin {
+    /// As written.
+    pub name: &'static str,
+    /// Its parameters, in order.
+    pub params: &'static [Param],
+    /// Whether it takes any number of plain arguments; `params` are then given by name.
+    pub rest: bool,
+    /// Whether it is answered with "not yet".
+    pub later: bool,
+    /// What it computes.
+    pub run: fn(&mut Call<'_>) -> Value,
+    /// One line.
+    pub doc: &'static str,
+}
+
+impl Builtin {
+    /// How many of the parameters are given by place.
+    pub fn fixed(&self) -> usize {
+        if self.rest { 0 } else { self.params.len() }
+    }
+
+    /// `clamp(x, low, high)`
+    pub fn signature(&self) -> String {
+        let mut parts: Vec<String> = Vec::new();
+        if self.rest {
+            parts.push("..".into());
+        }
+        parts.extend(self.params.iter().map(|param| match (param.optional, self.rest) {
+            (true, _) => format!("{}: ..", param.name),
+            (false, _) => param.name.to_string(),
+        }));
+        format!("{}({})", self.name, parts.join(", "))
+    }
+}
+
+/// The function of that name.
+pub fn find(name: &str) -> Option<&'static Builtin> {
+    BUILTINS.iter().find(|function| function.name == name)
+}
+
+/// A call in progress: arguments, and what is wrong with them.
+pub struct Call<'c> {
+    /// Where moving numbers go.
+    pub graph: &'c mut Graph,
+    /// What was found.
+    pub problems: Vec<Diagnostic>,
+    function: &'static Builtin,
+    given: Vec<(Option<Value>, Span)>,
+    rest: Vec<(Value, Span)>,
+    file: FileId,
+    span: Span,
+}
+
+impl<'c> Call<'c> {
+    /// A call of `function`: one entry of `given` a parameter, `rest` beyond them.
+    pub fn new(
+        graph: &'c mut Graph,
+        function: &'static Builtin,
+        given: Vec<(Option<Value>, Span)>,
+        rest: Vec<(Value, Span)>,
+        file: FileId,
+        span: Span,
+    ) -> Call<'c> {
+        Call { graph, problems: Vec::new(), function, given, rest, file, span }
+    }
+
+    /// Whether every known number in the value is finite.
+    pub fn finite(&self, value: &Value) -> bool {
+        let finite = |parts: &[Scalar]| parts.iter().all(|part| part.constant().is_none_or(f64::is_finite));
+        match value {
+            Value::Number(number) => finite(&[number.value]),
+            Value::Color(parts) => finite(parts),
+            Value::Turn(parts) => finite(parts),
+            Value::Tuple(items) => items.iter().all(|item| self.finite(item)),
+            _ => true,
+        }
+    }
+
+    fn value(&self, index: usize) -> Option<Value> {
+        self.given.get(index).and_then(|given| given.0.clone())
+    }
+
+    fn place(&self, index: usize) -> Span {
+        self.given.get(index).map_or(self.span, |given| given.1)
+    }
+
+    /// E0308: argument `index` is not what the function needs.
+    fn needs(&mut self, what: &str, value: &Value, span: Span) {
+        let found = value.with_article();
+        let mut diagnostic = Diagnostic::new("E0308", format!("`{}` needs {what}", self.function.name)).primary(
+            self.file,
+            span,
+            format!("this is {found}"),
+        );
+        if let Value::Number(number) = value
+            && !number.dimension.is_none()
+        {
+            diagnostic = diagnostic.help(format!("divide by {found} first"));
+        }
+        self.problems.push(diagnostic);
+    }
+
+    /// "Not yet": the argument moves, and the function cannot follow.
+    fn later(&mut self, span: Span) -> Value {
+        let what = format!("`{}` of a value that changes over time", self.function.name);
+        self.problems.push(crate::eval::machine::not_yet(&what, self.file, span));
+        Value::Error
+    }
+
+    /// E0405.
+    fn no_direction(&mut self, index: usize, message: &str) -> Value {
+        let span = self.place(index);
+        self.problems.push(Diagnostic::new("E0405", message).primary(self.file, span, "gives no direction"));
+        Value::Error
+    }
+
+    fn number(&mut self, index: usize) -> Option<Number> {
+        match self.value(index)? {
+            Value::Number(number) => Some(number),
+            other => {
+                self.needs("a number", &other, self.place(index));
+                None
+            }
+        }
+    }
+
+    /// A plain number.
+    fn plain(&mut self, index: usize) -> Option<Scalar> {
+        self.quantity(index, Dimension::NONE)
+    }
+
+    /// A number of this dimension.
+    fn quantity(&mut self, index: usize, dimension: Dimension) -> Option<Scalar> {
+        match self.value(index)? {
+            Value::Number(number) if number.dimension == dimension || number.is_bare_zero() => Some(number.value),
+            other => {
+                let what = if dimension.is_none() { "a plain number".into() } else { dimension.with_article() };
+                self.needs(&what, &other, self.place(index));
+                None
+            }
+        }
+    }
+
+    /// An angle or a plain number, in radians.
+    fn angle(&mut self, index: usize) -> Option<Scalar> {
+        match self.value(index)? {
+            Value::Number(number) if number.dimension.is_none() || number.dimension == Dimension::ANGLE => {
+                Some(number.value)
+            }
+            other => {
+                self.needs("an angle or a plain number", &other, self.place(index));
+                None
+            }
+        }
+    }
+
+    /// An angle with a unit, in radians.
+    fn true_angle(&mut self, index: usize) -> Option<Scalar> {
+        match self.value(index)? {
+            Value::Number(number) if number.dimension == Dimension::ANGLE || number.is_bare_zero() => {
+                Some(number.value)
+            }
+            Value::Number(number) if number.dimension.is_none() => {
+                let span = self.place(index);
+                self.problems.push(
+                    Diagnostic::new("E0304", "angles need a unit")
+                        .primary(self.file, span, format!("an angle for `{}`", self.function.name))
+                        .help("write `deg` behind it"),
+                );
+                None
+            }
+            other => {
+                self.needs("an angle", &other, self.place(index));
+                None
+            }
+        }
+    }
+
+    /// The components of a vector and their common dimension.
+    fn vector(&mut self, index: usize) -> Option<(Vec<Scalar>, Dimension)> {
+        let value = self.value(index)?;
+        match value.numbers().and_then(|numbers| one_dimension(&numbers)) {
+            Some(found) => Some(found),
+            None => {
+                self.needs("a vector", &value, self.place(index));
+                None
+            }
+        }
+    }
+
+    fn vec3(&mut self, index: usize) -> Option<([Scalar; 3], Dimension)> {
+        let (parts, dimension) = self.vector(index)?;
+        match parts.as_slice() {
+            [x, y, z] => Some(([*x, *y, *z], dimension)),
+            _ => {
+                let value = self.value(index)?;
+                self.needs("a vector of 3 components", &value, self.place(index));
+                None
+            }
+        }
+    }
+}
+
+/// The values and the one dimension of numbers; a 0 fits any.
+fn one_dimension(numbers: &[Number]) -> Option<(Vec<Scalar>, Dimension)> {
+    let dimension = numbers.iter().find(|n| !n.is_bare_zero()).map_or(Dimension::NONE, |n| n.dimension);
+    let fits = numbers.iter().all(|number| number.dimension == dimension || number.is_bare_zero());
+    fits.then(|| (numbers.iter().map(|number| number.value).collect(), dimension))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique() {
+        for (i, function) in BUILTINS.iter().enumerate() {
+            assert!(BUILTINS[..i].iter().all(|other| other.name != function.name), "{}", function.name);
+            assert!(!function.doc.is_empty(), "{}", function.name);
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Which diagnostics are shown, and in which order.
+
+use super::Diagnostic;
+
+/// How many diagnostics are shown unless the user says otherwise.
+pub const MAX_SHOWN: usize = 50;
+
+/// Diagnostics ready to be shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Listing {
+    /// By file, then by place; each once.
+    pub shown: Vec<Diagnostic>,
+    /// How many more there are.
+    pub hidden: usize,
+    /// Errors, shown or not.
+    pub errors: usize,
+    /// Warnings, shown or not.
+    pub warnings: usize,
+}
+
+/// Sorts diagnostics, drops repetitions and keeps the first `max`. Those without a place come first.
+pub fn list(mut diagnostics: Vec<Diagnostic>, max: usize) -> Listing {
+    let key = |found: &Diagnostic| found.place().map(|(file, span)| (file, span.start, span.end));
+    diagnostics.sort_by(|a, b| key(a).cmp(&key(b)).then_with(|| a.code.cmp(b.code)).then_with(|| a.message.cmp(&b.message)));
+    diagnostics.dedup_by(|a, b| a.code == b.code && a.message == b.message && a.place() == b.place());
+    let errors = diagnostics.iter().filter(|found| found.is_error()).count();
+    let warnings = diagnostics.len() - errors;
+    let hidden = diagnostics.len().saturating_sub(max);
+    diagnostics.truncate(max);
+    Listing { shown: diagnostics, hidden, errors, warnings }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::{FileId, Span};
+
+    #[test]
+    fn sorted_once_each_and_counted() {
+        let at = |code, file, start| Diagnostic::new(code, "m").primary(FileId(file), Span::at(start), "");
+        let many = vec![
+            at("E0201", 1, 0),
+            at("W0201", 0, 9),
+            at("E0202", 0, 3),
+            at("E0202", 0, 3),
+            Diagnostic::new("E0413", "m"),
+        ];
+        let listing = list(many, 3);
+        let codes: Vec<&str> = listing.shown.iter().map(|found| found.code).collect();
+        assert_eq!(codes, ["E0413", "E0202", "W0201"]);
+        assert_eq!((listing.hidden, listing.errors, listing.warnings), (1, 3, 1));
+    }
+}

@@ -1,0 +1,609 @@
+//! Values to what a property takes: types, units and ranges.
+
+use std::sync::Arc;
+
+use kinora_scene::Ease;
+
+use crate::diagnostic::{Applicability, Diagnostic};
+use crate::dimension::{Dimension, short, show};
+use crate::eval::expr::short_text;
+use crate::eval::graph::Scalar;
+use crate::eval::machine::{Machine, NodeKind};
+use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
+use crate::source::Span;
+use crate::suggest::{any_of, suggest};
+use crate::syntax::ast::{Expr, ExprKind};
+use crate::value::{KeyItem, NodeId, Number, Value};
+
+/// A value as its property takes it, in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    /// Numbers, truth values, vectors, colours and rotations by components.
+    Parts(Vec<Scalar>),
+    /// The same, keyframed.
+    Keys(Arc<Vec<PartsKey>>),
+    /// A word of a choice.
+    Word(&'static str),
+    /// Text.
+    Text(Arc<str>),
+    /// A node.
+    Node(NodeId),
+    /// A list of points, pairs or numbers.
+    Rows(Arc<Vec<[f64; 3]>>),
+}
+
+/// A keyframe of a [`Data::Keys`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartsKey {
+    /// Seconds.
+    pub time_s: f64,
+    /// As many as the type has.
+    pub parts: Vec<f64>,
+    /// The way to this key.
+    pub ease: Ease,
+}
+
+impl Data {
+    /// Whether it changes over time.
+    pub fn is_moving(&self) -> bool {
+        match self {
+            Data::Parts(parts) => parts.iter().any(|part| part.constant().is_none()),
+            Data::Keys(_) => true,
+            _ => false,
+        }
+    }
+
+    /// The components, if they are the same at all times.
+    pub fn constants(&self) -> Option<Vec<f64>> {
+        match self {
+            Data::Parts(parts) => parts.iter().map(|part| part.constant()).collect(),
+            _ => None,
+        }
+    }
+}
+
+/// Where a value goes to.
+#[derive(Clone, Copy)]
+pub struct Site<'a> {
+    /// The property.
+    pub property: &'static Property,
+    /// The kind that has it.
+    pub kind: &'static crate::schema::Kind,
+    /// The place of the property's name.
+    pub name: Span,
+    /// What is written.
+    pub expr: &'a Expr,
+}
+
+impl Site<'_> {
+    /// The place of component `index`, where it can be told.
+    fn component(&self, index: usize) -> Span {
+        match &self.expr.kind {
+            ExprKind::Tuple(items) => items.get(index).map_or(self.expr.span, |item| item.span),
+            _ => self.expr.span,
+        }
+    }
+}
+
+impl<'a> Machine<'a> {
+    /// The value as the property takes it; `None` where that is reported.
+    pub fn fit(&mut self, value: &Value, site: &Site<'a>) -> Option<Data> {
+        let property = site.property;
+        let data = match (value, &property.ty) {
+            (Value::Error, _) => return None,
+            (_, Type::Any) => return None,
+            (Value::Keys(keys), _) => self.fit_keys(keys, site)?,
+            _ => self.fit_plain(value, site, site.expr.span, true)?,
+        };
+        if !property.animatable && data.is_moving() {
+            let movable: Vec<&str> =
+                site.kind.all().filter(|p| p.animatable && p.since == Since::Now).map(|p| p.name).collect();
+            let mut diagnostic = Diagnostic::new("E0608", format!("`{}` cannot change over time", property.name))
+                .primary(self.file(), site.name, "the same at all times")
+                .label(self.file(), site.expr.span, "changes over time");
+            if !movable.is_empty() {
+                let list = crate::suggest::all_of(movable.iter().copied());
+                diagnostic = diagnostic.help(format!("of `{}`, these can: {list}", site.kind.name));
+            }
+            self.report(diagnostic);
+            return None;
+        }
+        if property.since == Since::Default && !is_default(&data, property) {
+            self.later(&format!("`{}` of `{}` other than {}", property.name, site.kind.name, default_text(property)), site.name);
+            return None;
+        }
+        Some(data)
+    }
+
+    fn fit_keys(&mut self, keys: &Arc<Vec<KeyItem>>, site: &Site<'a>) -> Option<Data> {
+        let mut rows = Vec::with_capacity(keys.len());
+        let mut failed = false;
+        for key in keys.iter() {
+            match self.fit_plain(&key.value, site, key.span, false) {
+                Some(data) => match data.constants() {
+                    Some(parts) => rows.push(PartsKey { time_s: key.time_s, parts, ease: key.ease }),
+                    None => failed = true,
+                },
+                None => failed = true,
+            }
+        }
+        (!failed).then(|| Data::Keys(Arc::new(rows)))
+    }
+
+    fn fit_plain(&mut self, value: &Value, site: &Site<'a>, span: Span, whole: bool) -> Option<Data> {
+        let data = match (&site.property.ty, value) {
+            (Type::Number(dimension, bare), Value::Number(number)) => {
+                let expr = whole.then_some(site.expr);
+                Data::Parts(vec![self.component(number, *dimension, *bare, span, expr, site)?])
+            }
+            (Type::Count, Value::Number(number)) if number.dimension.is_none() => {
+                Data::Parts(vec![self.whole(value, span).filter(|_| number.dimension.is_none())?])
+            }
+            (Type::Bool, Value::Bool(scalar)) => Data::Parts(vec![*scalar]),
+            (Type::Text, Value::Text(text)) => Data::Text(text.clone()),
+            (Type::Color, Value::Color(channels)) => Data::Parts(channels.to_vec()),
+            (Type::Rotation, Value::Turn(q)) => Data::Parts(q.to_vec()),
+            (Type::Scale, Value::Number(number)) => {
+                let expr = whole.then_some(site.expr);
+                let factor = self.component(number, Dimension::NONE, Bare::Allowed, span, expr, site)?;
+                Data::Parts(vec![factor; 3])
+            }
+            (Type::Scale, Value::Tuple(items)) => {
+                self.components(items, 3, (Dimension::NONE, Bare::Allowed), site, span, whole)?
+            }
+            (Type::Vec3(dimension, bare), Value::Tuple(items)) => {
+                self.components(items, 3, (*dimension, *bare), site, span, whole)?
+            }
+            (Type::Vec2(dimension, bare), Value::Tuple(items)) => {
+                self.components(items, 2, (*dimension, *bare), site, span, whole)?
+            }
+            (Type::Target, Value::Tuple(items)) => {
+                self.components(items, 3, (Dimension::LENGTH, Bare::Allowed), site, span, whole)?
+            }
+            (Type::Counts, Value::Tuple(items)) => {
+                if items.len() != 2 {
+                    self.wrong_count(2, items.len(), span);
+                    return None;
+                }
+                let mut parts = Vec::new();
+                for (i, item) in items.iter().enumerate() {
+                    parts.push(self.whole(item, site.component(i))?);
+                }
+                Data::Parts(parts)
+            }
+            (Type::Choice(choices), _) => self.choice(value, choices, site, span)?,
+            (Type::Node(sort), Value::Node(id)) => {
+                let wanted = *sort;
+                self.node_of(*id, span, sort.with_article(), |sort| sort == wanted)?
+            }
+            (Type::Placed, Value::Node(id)) => self.node_of(*id, span, "a shape or a group", Sort::is_placed)?,
+            (Type::Target, Value::Node(id)) => {
+                self.node_of(*id, span, "a point, a shape or a group", Sort::is_placed)?
+            }
+            (Type::Points, Value::List(items)) => self.rows(items, 3, Dimension::LENGTH, span)?,
+            (Type::Pairs, Value::List(items)) => self.rows(items, 2, Dimension::NONE, span)?,
+            (Type::Indices, Value::List(items)) => {
+                let mut rows = Vec::with_capacity(items.len());
+                for item in items.iter() {
+                    match self.whole(item, span)? {
+                        Scalar::Const(value) => rows.push([value, 0.0, 0.0]),
+                        Scalar::Moving(_) => {
+                            self.structure("a mesh's list", span, span);
+                            return None;
+                        }
+                    }
+                }
+                Data::Rows(Arc::new(rows))
+            }
+            _ => {
+                self.wrong_type(value, site, span, whole);
+                return None;
+            }
+        };
+        self.check(&data, site, span).then_some(data)
+    }
+
+    fn wrong_count(&mut self, expected: usize, found: usize, span: Span) {
+        let diagnostic = Diagnostic::new("E0306", format!("expected {expected} components, found {found}"))
+            .primary(self.file(), span, format!("{found} component{}", if found == 1 { "" } else { "s" }));
+        self.report(diagnostic);
+    }
+
+    fn wrong_type(&mut self, value: &Value, site: &Site<'a>, span: Span, whole: bool) {
+        let found = self.describe(value);
+        let wanted = site.property.ty.with_article();
+        let file = self.file();
+        let code = match (&site.property.ty, value) {
+            (Type::Color, _) => "E0309",
+            (Type::Count, Value::Number(_)) | (Type::Scale, Value::Number(_)) => "E0302",
+            _ => "E0301",
+        };
+        let mut diagnostic = Diagnostic::new(code, format!("expected {wanted}, found {found}"))
+            .primary(file, span, format!("this is {found}"))
+            .label(file, site.name, format!("`{}` is {wanted}", site.property.name));
+        match (&site.property.ty, value) {
+            (Type::Color, Value::Number(number)) if number.dimension.is_none() => {
+                let text = short_text(self.text(span));
+                let grey = format!("srgb({text}, {text}, {text})");
+                diagnostic = match whole && number.value.constant().is_some() {
+                    true => diagnostic.fix(Applicability::Safe, format!("write `{grey}`"), file, span, grey),
+                    false => diagnostic.help("make a colour of it: `srgb(x, x, x)`"),
+                };
+            }
+            (Type::Color, Value::Tuple(items)) if items.len() == 3 => {
+                let text = format!("srgb{}", self.text(span));
+                let tuple = matches!(site.expr.kind, ExprKind::Tuple(_)) && whole;
+                diagnostic = match tuple {
+                    true => diagnostic.fix(Applicability::Maybe, format!("write `{}`", short_text(&text)), file, span, text),
+                    false => diagnostic.help("make a colour of it: `srgb(r, g, b)`"),
+                };
+            }
+            (Type::Vec3(..) | Type::Vec2(..), Value::Number(_)) => {
+                diagnostic = diagnostic.help("vectors are written `(x, y, z)`");
+            }
+            (Type::Rotation, Value::Number(_)) => {
+                diagnostic = diagnostic.help("say about which axis: `rotate_y(90deg)`");
+            }
+            (Type::Rotation, Value::Tuple(_)) => {
+                diagnostic = diagnostic.help("say in which order: `euler(x: 0deg, y: 90deg, z: 0deg)`");
+            }
+            _ => {}
+        }
+        self.report(diagnostic);
+    }
+
+    fn components(
+        &mut self,
+        items: &Arc<[Value]>,
+        count: usize,
+        (dimension, bare): (Dimension, Bare),
+        site: &Site<'a>,
+        span: Span,
+        whole: bool,
+    ) -> Option<Data> {
+        if items.len() != count {
+            self.wrong_count(count, items.len(), span);
+            return None;
+        }
+        let mut parts = Vec::with_capacity(count);
+        let mut failed = false;
+        for (i, item) in items.iter().enumerate() {
+            let place = if whole { site.component(i) } else { span };
+            match item {
+                Value::Number(number) => {
+                    let expr = match &site.expr.kind {
+                        ExprKind::Tuple(exprs) if whole => exprs.get(i),
+                        _ => None,
+                    };
+                    match self.component(number, dimension, bare, place, expr, site) {
+                        Some(part) => parts.push(part),
+                        None => failed = true,
+                    }
+                }
+                other => {
+                    let found = self.describe(other);
+                    let wanted = dimension.with_article();
+                    let diagnostic = Diagnostic::new("E0301", format!("expected {wanted}, found {found}"))
+                        .primary(self.file(), place, format!("this is {found}"));
+                    self.report(diagnostic);
+                    failed = true;
+                }
+            }
+        }
+        (!failed).then_some(Data::Parts(parts))
+    }
+
+    /// One number of a property.
+    fn component(
+        &mut self,
+        number: &Number,
+        dimension: Dimension,
+        bare: Bare,
+        span: Span,
+        expr: Option<&'a Expr>,
+        site: &Site<'a>,
+    ) -> Option<Scalar> {
+        if number.dimension == dimension || number.is_bare_zero() {
+            return Some(number.value);
+        }
+        if number.dimension.is_none() {
+            if bare == Bare::Allowed {
+                return Some(number.value);
+            }
+            match expr {
+                Some(expr) => self.needs_unit(dimension, *number, expr),
+                None => self.needs_unit_at(dimension, *number, span, false),
+            }
+            return None;
+        }
+        let (wanted, found) = (dimension.with_article(), number.dimension.with_article());
+        let is = match site.property.ty {
+            Type::Vec3(..) | Type::Vec2(..) | Type::Target => format!("each component of `{}` is {wanted}", site.property.name),
+            _ => format!("`{}` is {wanted}", site.property.name),
+        };
+        let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}"))
+            .primary(self.file(), span, format!("this is {found}"))
+            .label(self.file(), site.name, is);
+        self.report(diagnostic);
+        None
+    }
+
+    /// E0304 for a written value.
+    pub fn needs_unit(&mut self, dimension: Dimension, number: Number, expr: &'a Expr) {
+        let literal = matches!(expr.kind, ExprKind::Number(_));
+        self.needs_unit_at(dimension, number, expr.span, literal);
+    }
+
+    fn needs_unit_at(&mut self, dimension: Dimension, number: Number, span: Span, literal: bool) {
+        let (message, unit) = match dimension {
+            Dimension::ANGLE => ("angles need a unit".to_string(), "deg".to_string()),
+            Dimension::TIME => ("times need a unit".to_string(), "s".to_string()),
+            other => (format!("{} needs a unit", other.with_article()), other.unit()),
+        };
+        let text = self.text(span);
+        let mut diagnostic = Diagnostic::new("E0304", message).primary(self.file(), span, match dimension {
+            Dimension::ANGLE => "an angle without a unit".into(),
+            Dimension::TIME => "a time without a unit".into(),
+            other => format!("{} without a unit", other.with_article()),
+        });
+        diagnostic = match literal {
+            true => {
+                let file = self.file();
+                let insert = format!("{text}{unit}");
+                diagnostic.fix(Applicability::Maybe, format!("write `{insert}`"), file, span, insert)
+            }
+            false => diagnostic.help(format!("multiply by `1{unit}`")),
+        };
+        if let (Dimension::ANGLE, Some(value)) = (dimension, number.value.constant()) {
+            diagnostic = diagnostic.note(format!("{} rad = {}deg", short(value), value.to_degrees().round()));
+        }
+        self.report(diagnostic);
+    }
+
+    fn choice(&mut self, value: &Value, choices: &'static [Choice], site: &Site<'a>, span: Span) -> Option<Data> {
+        let Value::Word(word) = value else {
+            let found = match &site.expr.kind {
+                ExprKind::Path(path) => format!("`{}`", self.text(path.span)),
+                _ => self.describe(value),
+            };
+            self.wrong_word(&found, choices, site, span);
+            return None;
+        };
+        match choices.iter().find(|choice| choice.name == *word) {
+            Some(choice) if choice.since != Since::Now => {
+                self.later(&format!("`{}: {word}` of `{}`", site.property.name, site.kind.name), span);
+                None
+            }
+            Some(choice) => Some(Data::Word(choice.name)),
+            None => {
+                self.wrong_word(&format!("`{word}`"), choices, site, span);
+                None
+            }
+        }
+    }
+
+    /// E0301 for what is not one of a property's words.
+    pub fn wrong_word(&mut self, found: &str, choices: &'static [Choice], site: &Site<'a>, span: Span) {
+        let diagnostic =
+            wrong_word(found, choices, site.property.name).primary(self.file(), span, "not one of its words");
+        let diagnostic = match suggest(found.trim_matches('`'), choices.iter().map(|choice| choice.name)).first() {
+            Some(near) => diagnostic.fix(Applicability::Safe, format!("write `{near}`"), self.file(), span, *near),
+            None => diagnostic,
+        };
+        self.report(diagnostic);
+    }
+
+    /// The node, if it can be used so.
+    fn node_of(&mut self, id: NodeId, span: Span, wanted: &str, fits: impl Fn(Sort) -> bool) -> Option<Data> {
+        let slot = self.nodes.get(id.0 as usize)?;
+        let ast = slot.ast;
+        let sort = match self.kind_of(id) {
+            NodeKind::Schema(kind) => kind.sort,
+            NodeKind::Prefab(_) => Sort::Group,
+            NodeKind::Unknown => return None,
+        };
+        if fits(sort) {
+            return Some(Data::Node(id));
+        }
+        let is = match self.kind_of(id) {
+            NodeKind::Prefab(_) => "a prefab",
+            _ => sort.with_article(),
+        };
+        let name = match &ast.name {
+            Some(name) => format!("`{}`", name.text),
+            None => "this".into(),
+        };
+        let diagnostic = Diagnostic::new("E0204", format!("{name} is {is}, expected {wanted}"))
+            .primary(self.file(), span, format!("expected {wanted}"))
+            .label(self.file(), ast.name.as_ref().map_or(ast.kind.span, |name| name.span), format!("{is}, declared here"));
+        self.report(diagnostic);
+        None
+    }
+
+    fn rows(&mut self, items: &Arc<[Value]>, count: usize, dimension: Dimension, span: Span) -> Option<Data> {
+        let mut rows = Vec::with_capacity(items.len());
+        for item in items.iter() {
+            let Some(numbers) = item.numbers() else {
+                let found = self.describe(item);
+                let diagnostic = Diagnostic::new("E0301", format!("expected a vector of {count} components, found {found}"))
+                    .primary(self.file(), span, "in this list");
+                self.report(diagnostic);
+                return None;
+            };
+            if numbers.len() != count {
+                self.wrong_count(count, numbers.len(), span);
+                return None;
+            }
+            let mut row = [0.0; 3];
+            for (to, number) in row.iter_mut().zip(&numbers) {
+                if !number.dimension.is_none() && number.dimension != dimension {
+                    let (wanted, found) = (dimension.with_article(), number.dimension.with_article());
+                    let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}"))
+                        .primary(self.file(), span, "in this list");
+                    self.report(diagnostic);
+                    return None;
+                }
+                match number.value {
+                    Scalar::Const(value) => *to = value,
+                    Scalar::Moving(_) => {
+                        self.structure("a mesh's list", span, span);
+                        return None;
+                    }
+                }
+            }
+            rows.push(row);
+        }
+        Some(Data::Rows(Arc::new(rows)))
+    }
+
+    /// Whether every known number is finite and in its range.
+    fn check(&mut self, data: &Data, site: &Site<'a>, span: Span) -> bool {
+        let Data::Parts(parts) = data else { return true };
+        for (i, part) in parts.iter().enumerate() {
+            let Some(value) = part.constant() else { continue };
+            if !value.is_finite() {
+                let name = match (parts.len(), "xyzw".get(i..i + 1), &site.property.ty) {
+                    (1, _, _) | (_, None, _) => site.property.name.to_string(),
+                    (_, _, Type::Color) => format!("{}.{}", site.property.name, ["r", "g", "b"].get(i).unwrap_or(&"r")),
+                    (_, Some(letter), _) => format!("{}.{letter}", site.property.name),
+                };
+                let what = if value.is_nan() { "NaN" } else { "infinite" };
+                let mut diagnostic = Diagnostic::new("E0403", format!("`{name}` is not a finite number ({what})"))
+                    .primary(self.file(), span, format!("this comes to {what}"));
+                if let Some(origin) = self.not_finite {
+                    let line = self.source.position(origin.start).line;
+                    let text = short_text(self.text(origin));
+                    diagnostic = diagnostic.note(format!("`{text}` on line {line} is not a finite number"));
+                }
+                self.report(diagnostic);
+                return false;
+            }
+        }
+        match self.range(parts, site) {
+            None => true,
+            Some((code, message, index, help)) => {
+                let place = match parts.len() {
+                    1 => span,
+                    _ if span == site.expr.span => site.component(index),
+                    _ => span,
+                };
+                let value = parts.get(index).and_then(|part| part.constant()).unwrap_or(0.0);
+                let dimension = match site.property.ty {
+                    Type::Number(dimension, _) | Type::Vec3(dimension, _) | Type::Vec2(dimension, _) => dimension,
+                    _ => Dimension::NONE,
+                };
+                let label = self.computed("this is", value, dimension, place);
+                let computed = label != format!("this is {}", self.text(place));
+                let mut diagnostic = Diagnostic::new(code, message).primary(self.file(), place, label);
+                if computed && !matches!(site.expr.kind, ExprKind::Color(_)) {
+                    let text = short_text(self.text(place));
+                    diagnostic = diagnostic.note(format!("`{text}` is {}", show(value, dimension)));
+                }
+                if !help.is_empty() {
+                    diagnostic = diagnostic.help(help);
+                }
+                self.report(diagnostic);
+                false
+            }
+        }
+    }
+
+    /// What is out of range: code, message, component and help.
+    fn range(&self, parts: &[Scalar], site: &Site<'a>) -> Option<(&'static str, String, usize, String)> {
+        let name = site.property.name;
+        let find = |bad: &dyn Fn(f64) -> bool| parts.iter().position(|part| part.constant().is_some_and(bad));
+        let all_zero = || parts.iter().all(|part| *part == Scalar::Const(0.0));
+        let row = |code, message: String, index, help: &str| Some((code, message, index, help.to_string()));
+        match site.property.check {
+            Check::Any => None,
+            Check::Above0 => {
+                let index = find(&|v| v <= 0.0)?;
+                row("E0401", format!("{name} must be greater than 0"), index, "")
+            }
+            Check::AtLeast0 => {
+                let index = find(&|v| v < 0.0)?;
+                row("E0401", format!("{name} must be at least 0"), index, "")
+            }
+            Check::Within(low, high) => {
+                let index = find(&|v| v < low as f64 || v > high as f64)?;
+                row("E0401", format!("{name} must be within {low}..{high}"), index, "")
+            }
+            Check::Ratio => {
+                let index = find(&|v| !(0.0..=1.0).contains(&v))?;
+                let value = parts.get(index)?.constant()?;
+                let help = match value > 1.0 && value <= 100.0 {
+                    true => format!("did you mean `{}%`?", short(value)),
+                    false => String::new(),
+                };
+                row("E0407", format!("{name} must be within 0..1"), index, &help)
+            }
+            Check::Reflectance => {
+                if let Some(index) = find(&|v| v < 0.0) {
+                    return row("E0401", format!("{name} must be at least 0"), index, "");
+                }
+                let index = find(&|v| v > 1.0 + 1e-9)?;
+                row(
+                    "E0407",
+                    format!("{name} must be within 0..1; reflectance above 1 creates light"),
+                    index,
+                    "use an `emitter` for brightness",
+                )
+            }
+            Check::NotZero => {
+                let index = find(&|v| v == 0.0)?;
+                row("E0404", format!("{name} must not be 0"), index, "use `visible: false` to hide it")
+            }
+            Check::Ior => {
+                let index = find(&|v| v < 1.0)?;
+                let help = "to model an inner air bubble use `ior: 1` inside";
+                row("E0406", format!("{name} must be at least 1"), index, help)
+            }
+            Check::Fov => {
+                let index = find(&|v| v <= 0.0 || v >= std::f64::consts::PI)?;
+                row("E0408", "field of view must be between 0 and 180deg".into(), index, "")
+            }
+            Check::Shutter => {
+                let index = find(&|v| !(0.0..=std::f64::consts::TAU + 1e-9).contains(&v))?;
+                row("E0401", format!("{name} must be within 0deg..360deg"), index, "")
+            }
+            Check::Resolution => {
+                let index = find(&|v| !(1.0..=16384.0).contains(&v))?;
+                row("E0411", "resolution must be 1..16384 per side".into(), index, "")
+            }
+            Check::Direction if all_zero() => {
+                row("E0405", "direction has zero length".into(), 0, "for example `(0, 1, 0)`")
+            }
+            Check::Direction => None,
+        }
+    }
+}
+
+/// E0301 for a word that a property does not take.
+pub fn wrong_word(found: &str, choices: &'static [Choice], property: &str) -> Diagnostic {
+    let list = any_of(choices.iter().map(|choice| choice.name));
+    Diagnostic::new("E0301", format!("expected {list}, found {found}")).note(format!("`{property}` is one of these words"))
+}
+
+fn is_default(data: &Data, property: &Property) -> bool {
+    match (data, property.default) {
+        (Data::Parts(parts), Default::Number(value)) => parts.iter().all(|part| *part == Scalar::Const(value)),
+        (Data::Parts(parts), Default::Two(two)) => {
+            parts.iter().zip(two).all(|(part, value)| *part == Scalar::Const(value))
+        }
+        (Data::Parts(parts), Default::Bool(value)) => {
+            parts.first() == Some(&Scalar::Const(f64::from(u8::from(value))))
+        }
+        (Data::Word(word), Default::Word(default)) => *word == default,
+        _ => false,
+    }
+}
+
+fn default_text(property: &Property) -> String {
+    match property.default {
+        Default::Number(value) => short(value),
+        Default::Two([a, b]) => format!("({}, {})", short(a), short(b)),
+        Default::Bool(value) => value.to_string(),
+        Default::Word(word) => word.into(),
+        _ => "its default".into(),
+    }
+}

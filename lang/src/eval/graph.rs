@@ -1,0 +1,311 @@
+//! Numbers that may depend on time: constants fold at once, everything else becomes an operation in one arena, from
+//! which the tape of a property is cut out.
+
+use std::collections::{BTreeSet, HashMap};
+
+use glam::DQuat;
+use kinora_scene::{Binary, Instruction, Keys, Orient, Tape, Unary};
+
+/// A number: known, or the result of an operation in a [`Graph`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scalar {
+    /// The same at all times.
+    Const(f64),
+    /// The register of an operation.
+    Moving(u32),
+}
+
+impl Scalar {
+    /// The value, if it is the same at all times.
+    pub fn constant(self) -> Option<f64> {
+        match self {
+            Scalar::Const(value) => Some(value),
+            Scalar::Moving(_) => None,
+        }
+    }
+}
+
+impl From<f64> for Scalar {
+    fn from(value: f64) -> Self {
+        Scalar::Const(value)
+    }
+}
+
+/// All operations of one evaluation, each once: instruction `i` reads registers below `i`, as in a [`Tape`].
+#[derive(Debug, Default)]
+pub struct Graph {
+    code: Vec<Instruction>,
+    curves: Vec<Keys<f64>>,
+    turns: Vec<Keys<DQuat>>,
+    known: HashMap<[u64; 4], u32>,
+}
+
+impl Graph {
+    /// How many operations there are.
+    pub fn len(&self) -> usize {
+        self.code.len()
+    }
+
+    fn push(&mut self, key: [u64; 4], instruction: Instruction) -> Scalar {
+        let next = self.code.len() as u32;
+        let register = *self.known.entry(key).or_insert(next);
+        if register == next {
+            self.code.push(instruction);
+        }
+        Scalar::Moving(register)
+    }
+
+    fn register(&mut self, scalar: Scalar) -> u32 {
+        match scalar {
+            Scalar::Moving(register) => register,
+            Scalar::Const(value) => match self.push([0, value.to_bits(), 0, 0], Instruction::Const(value)) {
+                Scalar::Moving(register) => register,
+                Scalar::Const(_) => 0,
+            },
+        }
+    }
+
+    /// Seconds from the start of the scene.
+    pub fn time(&mut self) -> Scalar {
+        self.push([1, 0, 0, 0], Instruction::Time)
+    }
+
+    /// `time` · fps.
+    pub fn frame(&mut self) -> Scalar {
+        self.push([2, 0, 0, 0], Instruction::Frame)
+    }
+
+    /// A curve of keyframed numbers.
+    pub fn curve(&mut self, keys: Keys<f64>) -> Scalar {
+        let index = self.curves.len() as u32;
+        self.curves.push(keys);
+        self.push([3, u64::from(index), 0, 0], Instruction::Keys(index))
+    }
+
+    /// The four components of keyframed rotations.
+    pub fn turn(&mut self, keys: Keys<DQuat>) -> [Scalar; 4] {
+        let index = self.turns.len() as u32;
+        self.turns.push(keys);
+        [0, 1, 2, 3].map(|part| self.push([4, u64::from(index), part, 0], Instruction::Turn(index, part as u8)))
+    }
+
+    /// One operand.
+    pub fn unary(&mut self, op: Unary, a: Scalar) -> Scalar {
+        if let Scalar::Const(a) = a {
+            return Scalar::Const(fold_unary(op, a));
+        }
+        let a = self.register(a);
+        self.push([5, op as u64, u64::from(a), 0], Instruction::Unary(op, a))
+    }
+
+    /// Two operands.
+    pub fn binary(&mut self, op: Binary, a: Scalar, b: Scalar) -> Scalar {
+        match (op, a, b) {
+            (_, Scalar::Const(a), Scalar::Const(b)) => return Scalar::Const(fold_binary(op, a, b)),
+            (Binary::Add, Scalar::Const(0.0), other) => return other,
+            (Binary::Add | Binary::Sub, other, Scalar::Const(0.0)) => return other,
+            (Binary::Mul, Scalar::Const(1.0), other) => return other,
+            (Binary::Mul | Binary::Div, other, Scalar::Const(1.0)) => return other,
+            _ => {}
+        }
+        let (a, b) = (self.register(a), self.register(b));
+        self.push([6, op as u64, u64::from(a), u64::from(b)], Instruction::Binary(op, a, b))
+    }
+
+    /// `yes` where `condition` is not 0, else `no`.
+    pub fn select(&mut self, condition: Scalar, yes: Scalar, no: Scalar) -> Scalar {
+        if let Scalar::Const(condition) = condition {
+            return if condition != 0.0 { yes } else { no };
+        }
+        if yes == no {
+            return yes;
+        }
+        let [c, y, n] = [condition, yes, no].map(|scalar| self.register(scalar));
+        self.push([7, u64::from(c), u64::from(y), u64::from(n)], Instruction::Select(c, y, n))
+    }
+
+    /// The four components of a rotation given by two directions, where one of them moves.
+    pub fn orient(&mut self, orient: Orient, direction: [Scalar; 3], up: [Scalar; 3]) -> [Scalar; 4] {
+        let direction = direction.map(|scalar| self.register(scalar));
+        let up = up.map(|scalar| self.register(scalar));
+        let pack = |three: [u32; 3]| (u64::from(three[0]) << 32) | u64::from(three[1]);
+        let third = (u64::from(direction[2]) << 32) | u64::from(up[2]);
+        [0, 1, 2, 3].map(|part| {
+            let tag = 8 + orient as u64 * 4 + part;
+            let instruction = Instruction::Orient(orient, direction, up, part as u8);
+            self.push([tag, pack(direction), pack(up), third], instruction)
+        })
+    }
+
+    /// a + b
+    pub fn add(&mut self, a: Scalar, b: Scalar) -> Scalar {
+        self.binary(Binary::Add, a, b)
+    }
+
+    /// a - b
+    pub fn sub(&mut self, a: Scalar, b: Scalar) -> Scalar {
+        self.binary(Binary::Sub, a, b)
+    }
+
+    /// a · b
+    pub fn mul(&mut self, a: Scalar, b: Scalar) -> Scalar {
+        self.binary(Binary::Mul, a, b)
+    }
+
+    /// a / b
+    pub fn div(&mut self, a: Scalar, b: Scalar) -> Scalar {
+        self.binary(Binary::Div, a, b)
+    }
+
+    /// The scalar product.
+    pub fn dot(&mut self, a: &[Scalar], b: &[Scalar]) -> Scalar {
+        let mut sum = Scalar::Const(0.0);
+        for (a, b) in a.iter().zip(b) {
+            let product = self.mul(*a, *b);
+            sum = self.add(sum, product);
+        }
+        sum
+    }
+
+    /// The tape that computes `outputs`, with nothing in it that they do not need.
+    pub fn tape(&mut self, outputs: &[Scalar]) -> Tape {
+        let outputs: Vec<u32> = outputs.iter().map(|scalar| self.register(*scalar)).collect();
+        let mut needed = BTreeSet::new();
+        let mut open = outputs.clone();
+        while let Some(register) = open.pop() {
+            if needed.insert(register) {
+                reads(&self.code[register as usize], |below| open.push(below));
+            }
+        }
+        let mut tape = Tape::default();
+        let mut renamed = HashMap::new();
+        let (mut curves, mut turns) = (HashMap::new(), HashMap::new());
+        for register in needed {
+            let to = |old: u32| renamed.get(&old).copied().unwrap_or(0);
+            let instruction = match self.code[register as usize] {
+                Instruction::Keys(index) => Instruction::Keys(*curves.entry(index).or_insert_with(|| {
+                    tape.curves.push(self.curves[index as usize].clone());
+                    tape.curves.len() as u32 - 1
+                })),
+                Instruction::Turn(index, part) => {
+                    let index = *turns.entry(index).or_insert_with(|| {
+                        tape.turns.push(self.turns[index as usize].clone());
+                        tape.turns.len() as u32 - 1
+                    });
+                    Instruction::Turn(index, part)
+                }
+                Instruction::Unary(op, a) => Instruction::Unary(op, to(a)),
+                Instruction::Binary(op, a, b) => Instruction::Binary(op, to(a), to(b)),
+                Instruction::Select(a, b, c) => Instruction::Select(to(a), to(b), to(c)),
+                Instruction::Orient(orient, a, b, part) => Instruction::Orient(orient, a.map(to), b.map(to), part),
+                other => other,
+            };
+            renamed.insert(register, tape.code.len() as u32);
+            tape.code.push(instruction);
+        }
+        tape.outputs = outputs.iter().map(|old| renamed.get(old).copied().unwrap_or(0)).collect();
+        tape
+    }
+}
+
+fn reads(instruction: &Instruction, mut read: impl FnMut(u32)) {
+    match *instruction {
+        Instruction::Const(_)
+        | Instruction::Time
+        | Instruction::Frame
+        | Instruction::Keys(_)
+        | Instruction::Turn(..) => {}
+        Instruction::Unary(_, a) => read(a),
+        Instruction::Binary(_, a, b) => [a, b].into_iter().for_each(read),
+        Instruction::Select(a, b, c) => [a, b, c].into_iter().for_each(read),
+        Instruction::Orient(_, a, b, _) => a.into_iter().chain(b).for_each(&mut read),
+    }
+}
+
+/// What a unary instruction computes.
+pub fn fold_unary(op: Unary, a: f64) -> f64 {
+    match op {
+        Unary::Neg => -a,
+        Unary::Not => truth(a == 0.0),
+        Unary::Abs => a.abs(),
+        Unary::Sign => {
+            if a == 0.0 {
+                0.0
+            } else {
+                a.signum()
+            }
+        }
+        Unary::Floor => a.floor(),
+        Unary::Ceil => a.ceil(),
+        Unary::Round => a.round(),
+        Unary::Sqrt => a.sqrt(),
+        Unary::Exp => a.exp(),
+        Unary::Log => a.ln(),
+        Unary::Sin => a.sin(),
+        Unary::Cos => a.cos(),
+        Unary::Tan => a.tan(),
+        Unary::Asin => a.asin(),
+        Unary::Acos => a.acos(),
+        Unary::Atan => a.atan(),
+    }
+}
+
+/// What a binary instruction computes.
+pub fn fold_binary(op: Binary, a: f64, b: f64) -> f64 {
+    match op {
+        Binary::Add => a + b,
+        Binary::Sub => a - b,
+        Binary::Mul => a * b,
+        Binary::Div => a / b,
+        Binary::Mod => a - b * (a / b).floor(),
+        Binary::Pow => a.powf(b),
+        Binary::Atan2 => a.atan2(b),
+        Binary::Min => a.min(b),
+        Binary::Max => a.max(b),
+        Binary::Less => truth(a < b),
+        Binary::LessEqual => truth(a <= b),
+        Binary::Equal => truth(a == b),
+        Binary::And => truth(a != 0.0 && b != 0.0),
+        Binary::Or => truth(a != 0.0 || b != 0.0),
+    }
+}
+
+fn truth(value: bool) -> f64 {
+    f64::from(u8::from(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_fold_and_twins_merge() {
+        let mut graph = Graph::default();
+        let sum = graph.add(2.0.into(), 3.0.into());
+        assert_eq!((sum, graph.len()), (Scalar::Const(5.0), 0));
+        let time = graph.time();
+        let unused = graph.mul(time, 7.0.into());
+        let a = graph.mul(time, 2.0.into());
+        let b = graph.mul(time, 2.0.into());
+        assert_eq!(a, b);
+        assert_eq!(graph.add(unused, 0.0.into()), unused);
+        let tape = graph.tape(&[a, 1.5.into(), a]);
+        assert_eq!(
+            tape.code,
+            [
+                Instruction::Time,
+                Instruction::Const(2.0),
+                Instruction::Binary(Binary::Mul, 0, 1),
+                Instruction::Const(1.5)
+            ]
+        );
+        assert_eq!(tape.outputs, [2, 3, 2]);
+    }
+
+    #[test]
+    fn mod_takes_the_sign_of_the_divisor() {
+        for (a, b, expected) in [(7.0, 3.0, 1.0), (-7.0, 3.0, 2.0), (7.0, -3.0, -2.0), (-7.0, -3.0, -1.0)] {
+            assert_eq!(fold_binary(Binary::Mod, a, b), expected, "{a} {b}");
+        }
+    }
+}

@@ -1,0 +1,770 @@
+//! Items: declarations, nodes, loops and conditions.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use crate::diagnostic::Diagnostic;
+use crate::dimension::{Dimension, short};
+use crate::eval::coerce::{Data, Site};
+use crate::eval::expr::{Env, Words, spaced};
+use crate::eval::graph::Scalar;
+use crate::eval::limits;
+use crate::eval::machine::{Machine, NodeKind, NodeSlot, NodeState, NodeValue, Set};
+use crate::eval::scope::{Binding, LetCell, LetState, Scope};
+use crate::schema::{self, Kind, Since, Type};
+use crate::source::Span;
+use crate::syntax::ast::{self, Expr, ExprKind, Item};
+use crate::value::{NodeId, Number, Value};
+
+/// What the items of a block go into.
+pub struct Owner<'a, 'o> {
+    /// The kind whose properties are set, in a node's body.
+    pub kind: Option<&'static Kind>,
+    /// The properties set.
+    pub properties: &'o mut Vec<Set<'a>>,
+    /// The nodes made.
+    pub children: &'o mut Vec<NodeId>,
+}
+
+impl<'a> Machine<'a> {
+    /// Declares what a block's items declare.
+    pub fn hoist(&mut self, items: &'a [Item], env: &Env<'a>) {
+        for item in items {
+            match item {
+                Item::Let(decl) => {
+                    if let Some(name) = &decl.name {
+                        let cell = LetCell { decl, state: RefCell::new(LetState::Waiting) };
+                        env.declare(&name.text, Binding::Let(Rc::new(cell)));
+                    }
+                }
+                Item::Fn(decl) => {
+                    if let Some(name) = &decl.name {
+                        env.declare(&name.text, Binding::Fn(decl));
+                    }
+                }
+                Item::Prefab(decl) => {
+                    if let Some(name) = &decl.name {
+                        env.declare(&name.text, Binding::Prefab(decl));
+                    }
+                }
+                Item::Node(node) => {
+                    if let Some(name) = &node.name
+                        && let Some(id) = self.slot(node, env)
+                    {
+                        env.declare(&name.text, Binding::Node(id));
+                    }
+                }
+                Item::Import(import) => {
+                    for rename in import.names.iter().flatten() {
+                        env.declare(&rename.alias.as_ref().unwrap_or(&rename.name).text, Binding::Opaque);
+                    }
+                    if let Some(alias) = &import.alias {
+                        env.declare(&alias.text, Binding::Opaque);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn slot(&mut self, node: &'a ast::Node, env: &Env<'a>) -> Option<NodeId> {
+        if self.nodes.len() >= limits::NODES {
+            self.too_many("nodes", limits::NODES, node.kind.span);
+            return None;
+        }
+        let id = NodeId(self.nodes.len() as u32);
+        let slot = NodeSlot { ast: node, scope: env.clone(), trace: self.trace.clone(), state: NodeState::Waiting };
+        self.nodes.push(slot);
+        Some(id)
+    }
+
+    /// Runs a block's items in a scope of their own.
+    pub fn run_block(&mut self, items: &'a [Item], env: &Env<'a>, owner: &mut Owner<'a, '_>) {
+        let inner = Scope::inside(env);
+        self.hoist(items, &inner);
+        self.run(items, &inner, owner);
+    }
+
+    /// Runs items whose names are declared.
+    pub fn run(&mut self, items: &'a [Item], env: &Env<'a>, owner: &mut Owner<'a, '_>) {
+        for item in items {
+            if !self.enter(item.span()) {
+                return;
+            }
+            self.run_item(item, env, owner);
+            self.leave();
+        }
+    }
+
+    fn run_item(&mut self, item: &'a Item, env: &Env<'a>, owner: &mut Owner<'a, '_>) {
+        match item {
+            Item::Property(property) => self.property(property, env, owner),
+            Item::Node(node) => {
+                let named = node.name.as_ref().and_then(|name| env.own(&name.text));
+                let id = match named {
+                    Some(Binding::Node(id)) if std::ptr::eq(self.nodes[id.0 as usize].ast, node) => Some(id),
+                    // A second node of one name: reported, but worth checking.
+                    _ => self.slot(node, env),
+                };
+                if let Some(id) = id {
+                    self.force(id);
+                    owner.children.push(id);
+                }
+            }
+            Item::Let(decl) => {
+                if let Some(name) = &decl.name
+                    && let Some(Binding::Let(cell)) = env.own(&name.text)
+                {
+                    self.force_let(&cell, env);
+                }
+            }
+            Item::For(stmt) => {
+                let Some(body) = &stmt.body else { return };
+                self.each(&stmt.head, env, "nodes", |machine, scope| {
+                    machine.hoist(&body.items, scope);
+                    machine.run(&body.items, scope, owner);
+                    true
+                });
+            }
+            Item::If(stmt) => {
+                if let Some(block) = self.branch(stmt, env, "the number of nodes") {
+                    self.run_block(&block.items, env, owner);
+                }
+            }
+            Item::Block(block) => {
+                // Its head could not be read, so what it holds belongs to nothing: it is only checked.
+                let (mut properties, mut children) = (Vec::new(), Vec::new());
+                let mut nowhere = Owner { kind: None, properties: &mut properties, children: &mut children };
+                self.run_block(&block.items, env, &mut nowhere);
+            }
+            Item::Fn(_) | Item::Prefab(_) | Item::Param(_) | Item::Import(_) | Item::Lang(_) | Item::Return(_) => {}
+        }
+    }
+
+    /// The block of an `if` that is taken.
+    fn branch(&mut self, stmt: &'a ast::IfStmt, env: &Env<'a>, what: &str) -> Option<&'a ast::Block> {
+        for (condition, block) in &stmt.arms {
+            match self.condition(condition, env)? {
+                Scalar::Const(0.0) => {}
+                Scalar::Const(_) => return block.as_ref(),
+                Scalar::Moving(_) => {
+                    self.structure(what, condition.span, stmt.span);
+                    return None;
+                }
+            }
+        }
+        stmt.otherwise.as_ref()
+    }
+
+    /// Runs `body` once for each item of a loop's list, until it returns false. False if the loop could not be run.
+    pub fn each(
+        &mut self,
+        head: &'a ast::ForHead,
+        env: &Env<'a>,
+        what: &str,
+        mut body: impl FnMut(&mut Self, &Env<'a>) -> bool,
+    ) -> bool {
+        let over = self.plain(&head.over, env);
+        let (count, item): (f64, Box<dyn Fn(usize) -> Value>) = match over {
+            Value::Error => return false,
+            Value::List(items) => (items.len() as f64, Box::new(move |i| items.get(i).cloned().unwrap_or(Value::Error))),
+            Value::Range(from, to) => {
+                let (Scalar::Const(start), Scalar::Const(end)) = (from.value, to.value) else {
+                    let counted = if what == "nodes" { "the number of nodes" } else { "the length of a list" };
+                    self.structure(counted, head.over.span, head.span);
+                    return false;
+                };
+                let count = (end - start).max(0.0).ceil();
+                if count > limits::LOOP as f64 {
+                    let limit = spaced(limits::LOOP as f64);
+                    let message = format!("loop would run {} times, limit {limit}", spaced(count));
+                    let diagnostic = Diagnostic::new("E1002", message)
+                        .primary(self.file(), head.over.span, "too many")
+                        .help("make the range shorter");
+                    self.report(diagnostic);
+                    return false;
+                }
+                for number in [from, to] {
+                    if self.whole(&Value::Number(number), head.over.span).is_none() {
+                        return false;
+                    }
+                }
+                (count, Box::new(move |i| Value::Number(Number::int(start + i as f64))))
+            }
+            other => {
+                let found = self.describe(&other);
+                let diagnostic = Diagnostic::new("E0301", format!("expected a list or a range, found {found}"))
+                    .primary(self.file(), head.over.span, format!("this is {found}"))
+                    .help("count with `for i in 0..10`");
+                self.report(diagnostic);
+                return false;
+            }
+        };
+        for i in 0..count as usize {
+            if !self.step(1, head.span) {
+                return false;
+            }
+            let scope = Scope::inside(env);
+            let index = Value::Number(Number::int(i as f64));
+            let values = match head.names.as_slice() {
+                [name] => vec![(name, item(i))],
+                [first, second, ..] => vec![(first, index), (second, item(i))],
+                [] => Vec::new(),
+            };
+            let mut shown = Vec::with_capacity(values.len());
+            for (name, value) in values {
+                shown.push((name.text.to_string(), value.clone()));
+                scope.declare(&name.text, Binding::Value(value));
+            }
+            if !self.traced("a loop".into(), head.span, shown, |machine| body(machine, &scope)) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Runs a function's items until one returns.
+    pub fn run_function(&mut self, items: &'a [Item], env: &Env<'a>) -> Option<Value> {
+        let inner = Scope::inside(env);
+        self.hoist(items, &inner);
+        for item in items {
+            if !self.enter(item.span()) {
+                return Some(Value::Error);
+            }
+            let result = self.run_statement(item, &inner);
+            self.leave();
+            if result.is_some() {
+                return result;
+            }
+        }
+        None
+    }
+
+    fn run_statement(&mut self, item: &'a Item, env: &Env<'a>) -> Option<Value> {
+        match item {
+            Item::Return(stmt) => Some(self.expr(&stmt.value, env, &[])),
+            Item::Let(decl) => {
+                let name = decl.name.as_ref()?;
+                if let Some(Binding::Let(cell)) = env.own(&name.text) {
+                    self.force_let(&cell, env);
+                }
+                None
+            }
+            Item::If(stmt) => {
+                for (condition, block) in &stmt.arms {
+                    match self.condition(condition, env) {
+                        None => return Some(Value::Error),
+                        Some(Scalar::Const(0.0)) => {}
+                        Some(Scalar::Const(_)) => return self.run_function(&block.as_ref()?.items, env),
+                        Some(Scalar::Moving(_)) => {
+                            let diagnostic =
+                                Diagnostic::new("E0601", "which `return` is reached may not depend on time")
+                                    .primary(self.file(), condition.span, "depends on time")
+                                    .help("return an `if` value: `return if .. { a } else { b }`");
+                            return Some(self.error(diagnostic));
+                        }
+                    }
+                }
+                self.run_function(&stmt.otherwise.as_ref()?.items, env)
+            }
+            Item::For(stmt) => {
+                let body = stmt.body.as_ref()?;
+                let mut result = None;
+                let complete = self.each(&stmt.head, env, "a list", |machine, scope| {
+                    result = machine.run_function(&body.items, scope);
+                    result.is_none()
+                });
+                if !complete && result.is_none() { Some(Value::Error) } else { result }
+            }
+            _ => None,
+        }
+    }
+
+    /// What a node is, by its kind's name.
+    pub fn kind_of(&self, id: NodeId) -> NodeKind<'a> {
+        let Some(slot) = self.nodes.get(id.0 as usize) else { return NodeKind::Unknown };
+        let [name] = slot.ast.kind.segments.as_slice() else { return NodeKind::Unknown };
+        match slot.scope.find(&name.text, |binding| matches!(binding, Binding::Prefab(_) | Binding::Opaque)) {
+            Some((_, Binding::Prefab(decl))) => NodeKind::Prefab(decl),
+            Some(_) => NodeKind::Unknown,
+            None => schema::kind(&name.text).map_or(NodeKind::Unknown, NodeKind::Schema),
+        }
+    }
+
+    /// A node written as a value.
+    pub fn inline_node(&mut self, node: &'a ast::Node, env: &Env<'a>) -> Value {
+        match self.slot(node, env) {
+            Some(id) => {
+                self.force(id);
+                Value::Node(id)
+            }
+            None => Value::Error,
+        }
+    }
+
+    /// The node's value; `None` while it is being evaluated, which is a cycle and reported.
+    pub fn force(&mut self, id: NodeId) -> Option<Rc<NodeValue<'a>>> {
+        let slot = self.nodes.get_mut(id.0 as usize)?;
+        let ast = slot.ast;
+        let span = ast.name.as_ref().map_or(ast.kind.span, |name| name.span);
+        let name = ast.name.as_ref().map_or_else(|| kind_text(ast), |name| name.text.to_string());
+        match &slot.state {
+            NodeState::Done(value) => Some(value.clone()),
+            NodeState::Running => {
+                self.cycle(&name, span);
+                None
+            }
+            NodeState::Waiting => {
+                slot.state = NodeState::Running;
+                let (scope, inner) = (slot.scope.clone(), slot.trace.clone());
+                let outer = std::mem::replace(&mut self.trace, inner);
+                self.pending.push((name, span));
+                let value = match self.enter(span) {
+                    true => {
+                        let value = self.node(id, ast, &scope);
+                        self.leave();
+                        value
+                    }
+                    false => NodeValue::default(),
+                };
+                self.pending.pop();
+                self.trace = outer;
+                let value = Rc::new(value);
+                self.nodes[id.0 as usize].state = NodeState::Done(value.clone());
+                Some(value)
+            }
+        }
+    }
+
+    fn node(&mut self, id: NodeId, ast: &'a ast::Node, env: &Env<'a>) -> NodeValue<'a> {
+        match self.kind_of(id) {
+            NodeKind::Unknown => NodeValue::default(),
+            NodeKind::Prefab(decl) => self.prefab(ast, decl, env),
+            NodeKind::Schema(kind) => self.schema_node(ast, kind, env),
+        }
+    }
+
+    /// What a node is `like`, if it is one of the same kind.
+    fn like(&mut self, ast: &'a ast::Node, env: &Env<'a>, same: impl Fn(&NodeKind<'a>) -> bool) -> Option<Rc<NodeValue<'a>>> {
+        let like = ast.like.as_ref()?;
+        let found = self.expr(like, env, &[]);
+        let kind = kind_text(ast);
+        let id = match found {
+            Value::Error => return None,
+            Value::Node(id) => id,
+            other => {
+                let found = self.describe(&other);
+                let diagnostic = Diagnostic::new("E0301", format!("expected a `{kind}`, found {found}"))
+                    .primary(self.file(), like.span, format!("this is {found}"));
+                self.report(diagnostic);
+                return None;
+            }
+        };
+        let value = self.force(id)?;
+        if same(&value.kind) {
+            return Some(value);
+        }
+        if !matches!(value.kind, NodeKind::Unknown) {
+            let other = self.nodes.get(id.0 as usize)?.ast;
+            let message = format!("`{}` is a `{}`, expected a `{kind}`", self.text(like.span), kind_text(other));
+            let diagnostic = Diagnostic::new("E0204", message)
+                .primary(self.file(), like.span, format!("only a `{kind}` can be copied here"))
+                .label(self.file(), other.kind.span, "declared here");
+            self.report(diagnostic);
+        }
+        None
+    }
+
+    fn schema_node(&mut self, ast: &'a ast::Node, kind: &'static Kind, env: &Env<'a>) -> NodeValue<'a> {
+        let (mut properties, mut children) = (Vec::new(), Vec::new());
+        if kind.since != Since::Now {
+            self.later(&format!("`{}`", kind.name), ast.kind.span);
+            return NodeValue { kind: NodeKind::Schema(kind), ..NodeValue::default() };
+        }
+        let like = self.like(ast, env, |other| matches!(other, NodeKind::Schema(other) if other.name == kind.name));
+        if let Some(body) = &ast.body {
+            let mut owner = Owner { kind: Some(kind), properties: &mut properties, children: &mut children };
+            self.run_block(&body.items, env, &mut owner);
+        }
+        if let Some(like) = like {
+            for set in &like.properties {
+                if properties.iter().all(|own: &Set<'a>| own.property.name != set.property.name) {
+                    properties.push(set.clone());
+                }
+            }
+            let own = std::mem::take(&mut children);
+            children = like.children.iter().copied().chain(own).collect();
+        }
+        NodeValue { kind: NodeKind::Schema(kind), properties, children, ..NodeValue::default() }
+    }
+
+    fn property(&mut self, property: &'a ast::Property, env: &Env<'a>, owner: &mut Owner<'a, '_>) {
+        let Some(kind) = owner.kind else { return };
+        let Some(row) = kind.property(&property.name.text) else { return };
+        if row.since == Since::Later {
+            self.later(&format!("`{}` of `{}`", row.name, kind.name), property.name.span);
+            return;
+        }
+        let words: Words = match row.ty {
+            Type::Choice(choices) => choices,
+            _ => &[],
+        };
+        let value = self.expr(&property.value, env, words);
+        let site = Site { property: row, kind, name: property.name.span, expr: &property.value };
+        let data = self.fit(&value, &site);
+        if let Some(first) = owner.properties.iter().find(|set| set.property.name == row.name) {
+            let first = first.name;
+            let diagnostic = set_twice(row.name, self.source.id, property.name.span, first);
+            self.report(diagnostic);
+            return;
+        }
+        owner.properties.push(Set { property: row, data, value, name: property.name.span, expr: &property.value });
+    }
+
+    fn prefab(&mut self, ast: &'a ast::Node, decl: &'a ast::PrefabDecl, env: &Env<'a>) -> NodeValue<'a> {
+        let name = decl.name.as_ref().map_or("", |name| &name.text);
+        if self.endless.contains(&decl.head) {
+            return NodeValue::default();
+        }
+        let like = self.like(ast, env, |other| matches!(other, NodeKind::Prefab(other) if std::ptr::eq(*other, decl)));
+        let mut given: Vec<Option<(Value, Span)>> = vec![None; decl.params.len()];
+        for item in ast.body.iter().flat_map(|body| &body.items) {
+            if let Item::Property(property) = item
+                && let Some(at) = decl.params.iter().position(|formal| formal.name.text == property.name.text)
+            {
+                let value = self.expr(&property.value, env, &[]);
+                given[at] = Some((value, property.value.span));
+            }
+        }
+        let mut arguments: Vec<(&'a str, Value)> = Vec::new();
+        for (formal, given) in decl.params.iter().zip(given.iter_mut()) {
+            if given.is_none()
+                && let Some(like) = &like
+                && let Some((_, value)) = like.arguments.iter().find(|(name, _)| *name == &*formal.name.text)
+            {
+                *given = Some((value.clone(), ast.kind.span));
+            }
+            if let Some((value, _)) = given {
+                arguments.push((&formal.name.text, value.clone()));
+            }
+        }
+        let lexical = env.find(name, |binding| matches!(binding, Binding::Prefab(_)));
+        let outer = lexical.map_or_else(|| self.globals.clone(), |(scope, _)| scope);
+        let Some((scope, values)) = self.bind(&decl.params, given, &outer) else { return NodeValue::default() };
+        if self.calls >= limits::CALLS {
+            self.endless.insert(decl.head);
+            let diagnostic = Diagnostic::new("E0504", format!("prefab `{name}` contains itself without end"))
+                .primary(self.file(), ast.kind.span, format!("more than {} inside one another", limits::CALLS))
+                .label(self.file(), decl.head, "declared here")
+                .help("add a depth parameter and an `if`");
+            self.report(diagnostic);
+            return NodeValue::default();
+        }
+        let mut children = Vec::new();
+        let mut properties = Vec::new();
+        let inner = Scope::inside(&scope);
+        if let Some(body) = &decl.body {
+            self.calls += 1;
+            self.traced(format!("`{name}`"), ast.kind.span, values, |machine| {
+                let mut owner = Owner { kind: None, properties: &mut properties, children: &mut children };
+                machine.hoist(&body.items, &inner);
+                machine.run(&body.items, &inner, &mut owner);
+            });
+            self.calls -= 1;
+        }
+        NodeValue { kind: NodeKind::Prefab(decl), properties, children, arguments, inner: Some(inner) }
+    }
+
+    /// `node.property`, or a node inside a prefab.
+    pub fn node_field(&mut self, id: NodeId, span: Span, name: &'a ast::Name) -> Value {
+        let Some(node) = self.force(id) else { return Value::Error };
+        match node.kind {
+            NodeKind::Unknown => Value::Error,
+            NodeKind::Prefab(decl) => {
+                if let Some(inner) = &node.inner
+                    && let Some(Binding::Node(id)) = inner.own(&name.text)
+                {
+                    return Value::Node(id);
+                }
+                if let Some((_, value)) = node.arguments.iter().find(|(given, _)| *given == &*name.text) {
+                    return value.clone();
+                }
+                let prefab = decl.name.as_ref().map_or("", |name| &name.text);
+                let diagnostic = Diagnostic::new("E0214", format!("`{prefab}` has no node `{}`", name.text))
+                    .primary(self.file(), name.span, "no such node inside")
+                    .label(self.file(), decl.head, "declared here");
+                self.error(diagnostic)
+            }
+            NodeKind::Schema(kind) => {
+                if let Some(set) = node.properties.iter().find(|set| set.property.name == &*name.text) {
+                    return set.value.clone();
+                }
+                if kind.since != Since::Now {
+                    return Value::Error;
+                }
+                if let Some(value) = kind.property(&name.text).and_then(default_value) {
+                    return value;
+                }
+                let known = kind.property(&name.text).is_some();
+                let what = if known { "is not set here" } else { "is not a property of it" };
+                let diagnostic = Diagnostic::new("E0214", format!("`{}` has no value `{}`", self.text(span), name.text))
+                    .primary(self.file(), name.span, what);
+                self.error(diagnostic)
+            }
+        }
+    }
+
+    /// A property of the file's `render` block that other values depend on, with its place.
+    fn clock(&mut self, property: &str, dimension: Dimension) -> Option<(f64, Span)> {
+        let globals = self.globals.clone();
+        let item = self.render?.body.as_ref()?.items.iter().find_map(|item| match item {
+            Item::Property(row) if &*row.name.text == property => Some(row),
+            _ => None,
+        })?;
+        match self.plain(&item.value, &globals) {
+            Value::Number(number) if number.dimension == dimension || number.dimension.is_none() => {
+                let value = number.value.constant().filter(|value| value.is_finite() && *value > 0.0)?;
+                Some((value, item.value.span))
+            }
+            _ => None,
+        }
+    }
+
+    /// Frames a second, if the scene says.
+    pub fn frames_per_second(&mut self) -> Option<f64> {
+        if self.fps.is_none() {
+            self.fps = Some(None);
+            self.fps = Some(self.clock("fps", Dimension::NONE).map(|found| found.0));
+        }
+        self.fps.flatten()
+    }
+
+    /// The scene's length in seconds, if it says.
+    pub fn duration(&mut self) -> Option<(f64, Span)> {
+        if self.end.is_none() {
+            self.end = Some(None);
+            self.end = Some(self.clock("duration", Dimension::TIME));
+        }
+        self.end.flatten()
+    }
+
+    /// The value as a declared type takes it; an error where it does not.
+    pub fn convert(&mut self, value: Value, ty: &'a ast::Type, span: Span) -> Value {
+        let names: Vec<&str> = ty.names.iter().map(|name| &*name.text).collect();
+        let plain = match (&value, names.first()) {
+            // Keys stay whole where nothing is asked of them but what each key has.
+            (Value::Keys(keys), _) => keys.first().map_or(Value::Error, |key| key.value.clone()),
+            _ => value.clone(),
+        };
+        match convert(&plain, &names, &|id| self.kind_of(id)) {
+            Converted::Fits => value,
+            Converted::As(number) if !matches!(value, Value::Keys(_)) => number,
+            Converted::As(_) => value,
+            Converted::Whole => {
+                let mut label = String::new();
+                if let Value::Number(number) = &plain
+                    && let Some(found) = number.value.constant()
+                {
+                    label = self.computed("this is", found, number.dimension, span);
+                }
+                let diagnostic = Diagnostic::new("E0310", "expected a whole number")
+                    .primary(self.file(), span, label)
+                    .label(self.file(), ty.span, "asked for here")
+                    .help("use `floor()` or `round()`");
+                self.error(diagnostic)
+            }
+            Converted::Unit(dimension) => {
+                let (message, unit) = match dimension {
+                    Dimension::ANGLE => ("angles need a unit".to_string(), "deg".to_string()),
+                    Dimension::TIME => ("times need a unit".to_string(), "s".to_string()),
+                    other => (format!("{} needs a unit", other.with_article()), other.unit()),
+                };
+                let diagnostic = Diagnostic::new("E0304", message)
+                    .primary(self.file(), span, "a number without a unit")
+                    .label(self.file(), ty.span, "asked for here")
+                    .help(format!("write `{unit}` behind it"));
+                self.error(diagnostic)
+            }
+            Converted::Wrong(wanted) => {
+                if plain.is_error() {
+                    return Value::Error;
+                }
+                let found = self.describe(&plain);
+                let code = match (&plain, wanted.as_str()) {
+                    (Value::Node(_), _) => "E0204",
+                    (Value::Number(_), _) if number_type(names.first().copied().unwrap_or("")).is_some() => "E0302",
+                    (_, "a colour") => "E0309",
+                    _ => "E0301",
+                };
+                let diagnostic = Diagnostic::new(code, format!("expected {wanted}, found {found}"))
+                    .primary(self.file(), span, format!("this is {found}"))
+                    .label(self.file(), ty.span, "asked for here");
+                self.error(diagnostic)
+            }
+        }
+    }
+}
+
+/// Every name that a type can have, for suggestions.
+pub const TYPES: &[&str] = &[
+    "float", "int", "bool", "string", "color", "vec2", "vec3", "quat", "length", "area", "volume", "angle", "time", "mass",
+    "density", "force", "energy", "power", "temperature", "speed", "acceleration", "frequency", "material", "camera", "node",
+    "list", "range",
+];
+
+/// The dimension of a type of numbers.
+fn number_type(name: &str) -> Option<Dimension> {
+    Some(match name {
+        "float" => Dimension::NONE,
+        "length" => Dimension::LENGTH,
+        "area" => Dimension::AREA,
+        "volume" => Dimension::VOLUME,
+        "angle" => Dimension::ANGLE,
+        "time" => Dimension::TIME,
+        "mass" => Dimension::MASS,
+        "density" => Dimension::DENSITY,
+        "force" => Dimension::FORCE,
+        "energy" => Dimension::ENERGY,
+        "power" => Dimension::POWER,
+        "temperature" => Dimension::TEMPERATURE,
+        "speed" => Dimension::SPEED,
+        "acceleration" => Dimension::ACCELERATION,
+        "frequency" => Dimension::RATE,
+        _ => return None,
+    })
+}
+
+/// What comes of asking a value to be of a type.
+enum Converted {
+    Fits,
+    As(Value),
+    Whole,
+    Unit(Dimension),
+    Wrong(String),
+}
+
+fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeKind<'a>) -> Converted {
+    let Some((name, rest)) = names.split_first() else { return Converted::Fits };
+    let fits = |fits: bool, wanted: &str| if fits { Converted::Fits } else { Converted::Wrong(wanted.into()) };
+    if let Some(dimension) = number_type(name) {
+        return match value {
+            Value::Number(number) if number.dimension == dimension => {
+                Converted::As(Value::Number(Number { int: false, ..*number }))
+            }
+            Value::Number(number) if number.is_bare_zero() => Converted::As(Value::quantity(0.0, dimension)),
+            Value::Number(number) if number.dimension.is_none() && dimension == Dimension::LENGTH => {
+                Converted::As(Value::quantity(number.value, dimension))
+            }
+            Value::Number(number) if number.dimension.is_none() => Converted::Unit(dimension),
+            _ => Converted::Wrong(dimension.with_article()),
+        };
+    }
+    let vector = |count: usize| matches!(value, Value::Tuple(items) if items.len() == count) && value.numbers().is_some();
+    match *name {
+        "int" => match value {
+            Value::Number(number) if number.dimension.is_none() => match number.value.constant() {
+                Some(v) if v.fract() == 0.0 && v.is_finite() => Converted::As(Value::Number(Number::int(v))),
+                Some(_) => Converted::Whole,
+                None => fits(number.int, "a whole number"),
+            },
+            _ => Converted::Wrong("a whole number".into()),
+        },
+        "bool" => fits(matches!(value, Value::Bool(_)), "true or false"),
+        "string" => fits(matches!(value, Value::Text(_)), "text"),
+        "color" => fits(matches!(value, Value::Color(_)), "a colour"),
+        "vec2" => fits(vector(2), "a vector of 2 components"),
+        "vec3" => fits(vector(3), "a vector of 3 components"),
+        "quat" => fits(matches!(value, Value::Turn(_)), "a rotation"),
+        "range" => fits(matches!(value, Value::Range(..)), "a range"),
+        "node" => fits(matches!(value, Value::Node(_)), "a node"),
+        "material" | "camera" => {
+            let wanted = if *name == "material" { schema::Sort::Material } else { schema::Sort::Camera };
+            match value {
+                Value::Node(id) => match kind(*id) {
+                    NodeKind::Schema(kind) => fits(kind.sort == wanted, wanted.with_article()),
+                    NodeKind::Prefab(_) => Converted::Wrong(wanted.with_article().into()),
+                    NodeKind::Unknown => Converted::Fits,
+                },
+                _ => Converted::Wrong(wanted.with_article().into()),
+            }
+        }
+        "list" => match value {
+            Value::List(items) => {
+                for item in items.iter() {
+                    match convert(item, rest, kind) {
+                        Converted::Fits | Converted::As(_) => {}
+                        other => return other,
+                    }
+                }
+                Converted::Fits
+            }
+            _ => Converted::Wrong("a list".into()),
+        },
+        // An unknown type is reported where it stands.
+        _ => Converted::Fits,
+    }
+}
+
+/// E0206.
+pub fn set_twice(name: &str, file: crate::source::FileId, second: Span, first: Span) -> Diagnostic {
+    Diagnostic::new("E0206", format!("`{name}` is set twice"))
+        .primary(file, second, "set again")
+        .label(file, first, "set here")
+        .help("the last does *not* win: remove one")
+}
+
+/// The kind as written.
+pub fn kind_text(ast: &ast::Node) -> String {
+    let names: Vec<&str> = ast.kind.segments.iter().map(|name| &*name.text).collect();
+    names.join(".")
+}
+
+/// The default of a property as a value, where it can be told.
+fn default_value(property: &'static schema::Property) -> Option<Value> {
+    use schema::Default;
+    Some(match (property.default, property.ty) {
+        (Default::Number(value), Type::Number(dimension, _)) => Value::quantity(value, dimension),
+        (Default::Number(value), Type::Count) => Value::Number(Number::int(value)),
+        (Default::Number(value), Type::Color) => Value::Color([value.into(); 3]),
+        (Default::Number(value), Type::Scale) => Value::vector(&[value.into(); 3], Dimension::NONE),
+        (Default::Number(value), Type::Vec3(dimension, _)) => Value::vector(&[value.into(); 3], dimension),
+        (Default::Number(value), Type::Vec2(dimension, _)) => Value::vector(&[value.into(); 2], dimension),
+        (Default::Three(parts), Type::Vec3(dimension, _)) => Value::vector(&parts.map(Scalar::Const), dimension),
+        (Default::Two([a, b]), Type::Counts) => {
+            Value::Tuple(vec![Value::Number(Number::int(a)), Value::Number(Number::int(b))].into())
+        }
+        (Default::Bool(value), _) => Value::Bool(f64::from(u8::from(value)).into()),
+        (Default::Identity, _) => Value::Turn([0.0, 0.0, 0.0, 1.0].map(Scalar::Const)),
+        _ => return None,
+    })
+}
+
+/// Whether an expression is nothing but a literal, so that a message need not say what it comes to.
+pub fn is_literal(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Number(_) | ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_))
+}
+
+/// Data with its defaults: the components that a property has at all times.
+pub fn default_parts(property: &schema::Property) -> Option<Vec<f64>> {
+    use schema::Default;
+    Some(match (property.default, property.ty) {
+        (Default::Number(value), Type::Number(..) | Type::Count) => vec![value],
+        (Default::Number(value), Type::Vec2(..)) => vec![value; 2],
+        (Default::Number(value), _) => vec![value; 3],
+        (Default::Three(parts), _) => parts.to_vec(),
+        (Default::Two(parts), _) => parts.to_vec(),
+        (Default::Bool(value), _) => vec![f64::from(u8::from(value))],
+        (Default::Identity, _) => vec![0.0, 0.0, 0.0, 1.0],
+        _ => return None,
+    })
+}
+
+/// A number as the data of a property, for what is given on the command line.
+pub fn number_data(value: f64) -> Data {
+    Data::Parts(vec![value.into()])
+}
+
+/// As a message shows a time.
+pub fn seconds(value: f64) -> String {
+    format!("{}s", short(value))
+}

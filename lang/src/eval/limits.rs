@@ -1,0 +1,24 @@
+//! What one evaluation may use up. A scene cannot raise its own limits.
+
+/// Steps: about a second.
+pub const FUEL: u64 = 20_000_000;
+/// Calls of functions and prefabs inside one another.
+pub const CALLS: u32 = 256;
+/// Everything that is evaluated inside one another: bounds the stack, [`STACK_BYTES`].
+pub const DEPTH: u32 = 12_000;
+/// Of the thread that evaluates; the system gives it page by page, as it is used.
+pub const STACK_BYTES: usize = 256 << 20;
+/// Turns of one loop.
+pub const LOOP: u64 = 1_000_000;
+/// Nodes of a scene.
+pub const NODES: usize = 1_000_000;
+/// Items of a list.
+pub const LIST: usize = 1_000_000;
+/// Bytes of a text.
+pub const TEXT: usize = 64 << 10;
+/// Keys of a curve.
+pub const KEYS: usize = 100_000;
+/// Triangles of a mesh.
+pub const TRIANGLES: usize = 100_000_000;
+/// The greatest whole number: up to here f64 is exact.
+pub const WHOLE: f64 = 9_007_199_254_740_992.0;

@@ -1,0 +1,293 @@
+//! What an evaluation carries along: its arena of operations, its nodes, what it has used up and what it has found.
+
+use std::collections::HashSet;
+use std::rc::Rc;
+
+use crate::diagnostic::Diagnostic;
+use crate::eval::coerce::Data;
+use crate::eval::graph::Graph;
+use crate::eval::limits;
+use crate::eval::scope::Scope;
+use crate::schema::{Kind, Property};
+use crate::source::{FileId, Source, Span};
+use crate::syntax::ast;
+use crate::value::{NodeId, Value};
+
+/// The evaluator of one file.
+pub struct Machine<'a> {
+    /// The file.
+    pub source: &'a Source,
+    /// Operations on what moves.
+    pub graph: Graph,
+    /// Every node that was met.
+    pub nodes: Vec<NodeSlot<'a>>,
+    /// What the top level of the file declares.
+    pub globals: Rc<Scope<'a>>,
+    /// What was found.
+    pub diagnostics: Vec<Diagnostic>,
+    seen: HashSet<(&'static str, Span, String)>,
+    /// The calls and loops that are running, innermost first.
+    pub trace: Option<Rc<Trace>>,
+    /// The lets and nodes that are running: name and place of the declaration.
+    pub pending: Vec<(String, Span)>,
+    /// Functions and prefabs that called themselves without end, by the place of their heads.
+    pub endless: HashSet<Span>,
+    /// The last operation that made a number that is not finite.
+    pub not_finite: Option<Span>,
+    /// The file's `render` block.
+    pub render: Option<&'a ast::Node>,
+    /// Frames a second, once asked for.
+    pub fps: Option<Option<f64>>,
+    /// The scene's length in seconds and where it says so, once asked for.
+    pub end: Option<Option<(f64, Span)>>,
+    /// Whether a limit has ended the evaluation.
+    pub stopped: bool,
+    /// Calls running.
+    pub calls: u32,
+    depth: u32,
+    fuel: u64,
+}
+
+/// A node: what is written, and what became of it.
+pub struct NodeSlot<'a> {
+    /// What is written.
+    pub ast: &'a ast::Node,
+    /// Where.
+    pub scope: Rc<Scope<'a>>,
+    /// In which call.
+    pub trace: Option<Rc<Trace>>,
+    /// How far it is.
+    pub state: NodeState<'a>,
+}
+
+/// How far a node is evaluated.
+#[derive(Clone)]
+pub enum NodeState<'a> {
+    /// Not yet.
+    Waiting,
+    /// It is being evaluated.
+    Running,
+    /// It is.
+    Done(Rc<NodeValue<'a>>),
+}
+
+/// An evaluated node.
+#[derive(Default)]
+pub struct NodeValue<'a> {
+    /// What it is.
+    pub kind: NodeKind<'a>,
+    /// What is set, `like` included; the first row of a property counts.
+    pub properties: Vec<Set<'a>>,
+    /// What it contains, in order.
+    pub children: Vec<NodeId>,
+    /// Of a prefab: the arguments given, and the names inside.
+    pub arguments: Vec<(&'a str, Value)>,
+    /// Of a prefab: the names inside.
+    pub inner: Option<Rc<Scope<'a>>>,
+}
+
+/// What a node is.
+#[derive(Clone, Copy, Default)]
+pub enum NodeKind<'a> {
+    /// A kind of the schema.
+    Schema(&'static Kind),
+    /// A call of a prefab.
+    Prefab(&'a ast::PrefabDecl),
+    /// Reported.
+    #[default]
+    Unknown,
+}
+
+/// A property that is set.
+#[derive(Clone)]
+pub struct Set<'a> {
+    /// Which.
+    pub property: &'static Property,
+    /// What to; `None` where it is in error.
+    pub data: Option<Data>,
+    /// The same before it was fitted to the property's type.
+    pub value: Value,
+    /// The place of its name.
+    pub name: Span,
+    /// What is written.
+    pub expr: &'a ast::Expr,
+}
+
+/// A running call or turn of a loop.
+pub struct Trace {
+    /// The one around it.
+    pub parent: Option<Rc<Trace>>,
+    /// What is called.
+    pub name: String,
+    /// Where.
+    pub span: Span,
+    /// With what.
+    pub values: Vec<(String, Value)>,
+}
+
+impl Trace {
+    fn show(&self, source: &Source) -> String {
+        let values: Vec<String> =
+            self.values.iter().take(4).map(|(name, value)| format!("{name}: {}", value.show())).collect();
+        let with = if values.is_empty() { String::new() } else { format!(" with {}", values.join(", ")) };
+        format!("in {}{with}, line {}", self.name, source.position(self.span.start).line)
+    }
+}
+
+impl<'a> Machine<'a> {
+    /// An evaluator that has seen nothing.
+    pub fn new(source: &'a Source) -> Machine<'a> {
+        Machine {
+            source,
+            graph: Graph::default(),
+            nodes: Vec::new(),
+            globals: Rc::default(),
+            diagnostics: Vec::new(),
+            seen: HashSet::new(),
+            trace: None,
+            pending: Vec::new(),
+            endless: HashSet::new(),
+            not_finite: None,
+            render: None,
+            fps: None,
+            end: None,
+            stopped: false,
+            calls: 0,
+            depth: 0,
+            fuel: limits::FUEL,
+        }
+    }
+
+    /// The file's number.
+    pub fn file(&self) -> FileId {
+        self.source.id
+    }
+
+    /// Adds a finding, once a place, with the calls that led to it.
+    pub fn report(&mut self, mut diagnostic: Diagnostic) {
+        if self.stopped {
+            return;
+        }
+        let place = diagnostic.place().map_or(Span::at(0), |(_, span)| span);
+        // "Not yet" is said once a thing, everything else once a place.
+        let key = match diagnostic.code {
+            "E1101" => (diagnostic.code, Span::at(0), diagnostic.message.clone()),
+            code => (code, place, String::new()),
+        };
+        if !self.seen.insert(key) {
+            return;
+        }
+        let mut trace = self.trace.clone();
+        for _ in 0..3 {
+            let Some(here) = trace else { break };
+            diagnostic = diagnostic.note(here.show(self.source));
+            trace = here.parent.clone();
+        }
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Reports and gives the value that nothing is derived from.
+    pub fn error(&mut self, diagnostic: Diagnostic) -> Value {
+        self.report(diagnostic);
+        Value::Error
+    }
+
+    /// Reports and ends the evaluation.
+    pub fn stop(&mut self, diagnostic: Diagnostic) {
+        self.report(diagnostic);
+        self.stopped = true;
+    }
+
+    /// "Not yet", once for `what`.
+    pub fn later(&mut self, what: &str, span: Span) -> Value {
+        let diagnostic = not_yet(what, self.file(), span);
+        self.error(diagnostic)
+    }
+
+    /// Uses up steps; false once there are none left.
+    pub fn step(&mut self, cost: u64, span: Span) -> bool {
+        if self.stopped {
+            return false;
+        }
+        match self.fuel.checked_sub(cost) {
+            Some(rest) => self.fuel = rest,
+            None => {
+                let line = self.source.position(span.start).line;
+                let diagnostic = Diagnostic::new("E1003", "evaluation took too many steps")
+                    .primary(self.file(), span, "the steps ran out here")
+                    .note(format!("the limit is {} steps; line {line} used the last one", limits::FUEL))
+                    .help("make loops shorter, or compute less in each turn");
+                self.stop(diagnostic);
+            }
+        }
+        !self.stopped
+    }
+
+    /// Goes one level deeper; every `true` needs a [`Machine::leave`].
+    pub fn enter(&mut self, span: Span) -> bool {
+        if self.stopped || !self.step(1, span) {
+            return false;
+        }
+        if self.depth >= limits::DEPTH {
+            let diagnostic = Diagnostic::new("E1001", "evaluation is nested too deeply")
+                .primary(self.file(), span, "too deep here")
+                .help("split long chains of values that depend on one another");
+            self.stop(diagnostic);
+            return false;
+        }
+        self.depth += 1;
+        true
+    }
+
+    /// Comes back from [`Machine::enter`].
+    pub fn leave(&mut self) {
+        self.depth -= 1;
+    }
+
+    /// Runs `body` as part of a call or a turn of a loop.
+    pub fn traced<T>(
+        &mut self,
+        name: String,
+        span: Span,
+        values: Vec<(String, Value)>,
+        body: impl FnOnce(&mut Self) -> T,
+    ) -> T {
+        let outer = self.trace.clone();
+        self.trace = Some(Rc::new(Trace { parent: outer.clone(), name, span, values }));
+        let result = body(self);
+        self.trace = outer;
+        result
+    }
+
+    /// The text of a place.
+    pub fn text(&self, span: Span) -> &'a str {
+        self.source.slice(span)
+    }
+
+    /// The node's value, if it is evaluated.
+    pub fn done(&self, id: NodeId) -> Option<Rc<NodeValue<'a>>> {
+        match self.nodes.get(id.0 as usize).map(|slot| &slot.state) {
+            Some(NodeState::Done(value)) => Some(value.clone()),
+            _ => None,
+        }
+    }
+
+    /// As a message names the value; nodes by what they can be used as.
+    pub fn describe(&self, value: &Value) -> String {
+        match value {
+            Value::Node(id) => match self.done(*id).map(|node| node.kind) {
+                Some(NodeKind::Schema(kind)) => kind.sort.with_article().into(),
+                Some(NodeKind::Prefab(_)) => "a prefab".into(),
+                _ => "a node".into(),
+            },
+            value => value.with_article(),
+        }
+    }
+}
+
+/// The answer to what comes later.
+pub fn not_yet(what: &str, file: FileId, span: Span) -> Diagnostic {
+    Diagnostic::new("E1101", format!("not yet: {what}"))
+        .primary(file, span, "understood, but this version cannot do it")
+        .note("it is part of the language and comes in a later version")
+}

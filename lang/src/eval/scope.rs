@@ -1,0 +1,85 @@
+//! Names and what they stand for while a scene is evaluated.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use crate::syntax::ast;
+use crate::value::{NodeId, Value};
+
+/// What a name stands for.
+#[derive(Debug, Clone)]
+pub enum Binding<'a> {
+    /// A `let`, computed when it is first asked for.
+    Let(Rc<LetCell<'a>>),
+    /// A parameter or a loop's variable.
+    Value(Value),
+    /// A function.
+    Fn(&'a ast::FnDecl),
+    /// A prefab.
+    Prefab(&'a ast::PrefabDecl),
+    /// A named node.
+    Node(NodeId),
+    /// Something that is reported already, such as an import.
+    Opaque,
+}
+
+/// A `let` and its value.
+#[derive(Debug)]
+pub struct LetCell<'a> {
+    /// The declaration.
+    pub decl: &'a ast::LetDecl,
+    /// How far it is.
+    pub state: RefCell<LetState>,
+}
+
+/// How far a `let` is computed.
+#[derive(Debug, Clone)]
+pub enum LetState {
+    /// Not yet.
+    Waiting,
+    /// It is being computed: asked for again, it depends on itself.
+    Running,
+    /// It is.
+    Done(Value),
+}
+
+/// One block's names.
+#[derive(Debug, Default)]
+pub struct Scope<'a> {
+    parent: Option<Rc<Scope<'a>>>,
+    names: RefCell<HashMap<&'a str, Binding<'a>>>,
+}
+
+impl<'a> Scope<'a> {
+    /// A scope inside another.
+    pub fn inside(parent: &Rc<Scope<'a>>) -> Rc<Scope<'a>> {
+        Rc::new(Scope { parent: Some(parent.clone()), names: RefCell::default() })
+    }
+
+    /// Declares a name; the first declaration of a name stays.
+    pub fn declare(&self, name: &'a str, binding: Binding<'a>) {
+        self.names.borrow_mut().entry(name).or_insert(binding);
+    }
+
+    /// What the name stands for in this scope itself.
+    pub fn own(&self, name: &str) -> Option<Binding<'a>> {
+        self.names.borrow().get(name).cloned()
+    }
+
+    /// The innermost binding of the name that `wanted` accepts, with its scope.
+    pub fn find(
+        self: &Rc<Scope<'a>>,
+        name: &str,
+        wanted: impl Fn(&Binding<'a>) -> bool,
+    ) -> Option<(Rc<Scope<'a>>, Binding<'a>)> {
+        let mut scope = Some(self);
+        while let Some(here) = scope {
+            if let Some(binding) = here.own(name).filter(&wanted) {
+                return Some((here.clone(), binding));
+            }
+            scope = here.parent.as_ref();
+        }
+        None
+    }
+}

@@ -1,0 +1,352 @@
+//! The only door to the disk, and it cannot leave the project.
+//!
+//! The project is the nearest folder above the scene that holds `kinora.toml`, else the scene's own folder. Scenes name
+//! files with `/`, relative to themselves, or from the project's root with a leading `/`; [`resolve`] turns that into a
+//! path from the root, and [`Files`] reads such paths and remembers each one, found or not: that list is what a watcher
+//! watches.
+
+use crate::diagnostic::Diagnostic;
+use crate::source::{FileId, MAX_SOURCE_BYTES, Source, Span, decode};
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+/// Most bytes an asset may have, unless its reader says less.
+pub const MAX_ASSET_BYTES: u64 = 2 << 30;
+
+/// Why a file could not be read. `path` is relative to the project's root, or as written where it names no place in it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FileError {
+    /// There is no such file.
+    Missing {
+        /// The path.
+        path: String,
+    },
+    /// `..` above the root.
+    Outside {
+        /// The path.
+        path: String,
+    },
+    /// An absolute path of the system, a URL or the name of a device.
+    Forbidden {
+        /// The path.
+        path: String,
+    },
+    /// A symbolic link leads out of the project.
+    Link {
+        /// The path.
+        path: String,
+    },
+    /// The system does not give it.
+    Unreadable {
+        /// The path.
+        path: String,
+        /// In plain words: "is a directory".
+        reason: String,
+    },
+    /// More bytes than allowed.
+    TooLarge {
+        /// The path.
+        path: String,
+        /// Its size.
+        bytes: u64,
+        /// What is allowed.
+        limit: u64,
+    },
+}
+
+impl FileError {
+    /// The code of [`FileError::diagnostic`].
+    pub fn code(&self) -> &'static str {
+        match self {
+            FileError::Missing { .. } => "E0701",
+            FileError::Outside { .. } => "E0703",
+            FileError::Forbidden { .. } => "E0704",
+            FileError::Link { .. } => "E0705",
+            FileError::Unreadable { .. } => "E0711",
+            FileError::TooLarge { .. } => "E0712",
+        }
+    }
+
+    /// One lower-case clause.
+    pub fn message(&self) -> String {
+        match self {
+            FileError::Missing { path } => format!("cannot find `{path}`"),
+            FileError::Outside { path } => format!("`{path}` is outside the project"),
+            FileError::Forbidden { .. } => "only paths inside the project are allowed".to_string(),
+            FileError::Link { path } => format!("`{path}` links outside the project"),
+            FileError::Unreadable { path, reason } => format!("cannot read `{path}`: {reason}"),
+            FileError::TooLarge { path, bytes, limit } => {
+                format!("`{path}` is {}, limit {}", mebibytes(*bytes), mebibytes(*limit))
+            }
+        }
+    }
+
+    /// The same as a diagnostic at the place that names the file.
+    pub fn diagnostic(&self, file: FileId, span: Span) -> Diagnostic {
+        let found = Diagnostic::new(self.code(), self.message());
+        match self {
+            FileError::Missing { path } => {
+                found.primary(file, span, "no such file").note(format!("looked in the project for `{path}`"))
+            }
+            FileError::Outside { .. } => found
+                .primary(file, span, "leaves the project")
+                .note("the project is the folder with kinora.toml, else the scene's folder"),
+            FileError::Forbidden { path } if path.contains('\\') => {
+                found.primary(file, span, "not a path of the project").help("separate folders with `/`")
+            }
+            FileError::Forbidden { .. } => found
+                .primary(file, span, "not a path of the project")
+                .help("copy the file into the project, for example to `assets/`"),
+            FileError::Link { .. } => found
+                .primary(file, span, "a symbolic link leads out of the project")
+                .help("copy the file into the project"),
+            FileError::Unreadable { .. } => found.primary(file, span, ""),
+            FileError::TooLarge { .. } => {
+                found.primary(file, span, "").help("put large data into meshes or images of their own")
+            }
+        }
+    }
+}
+
+impl std::fmt::Display for FileError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message())
+    }
+}
+
+impl std::error::Error for FileError {}
+
+fn mebibytes(bytes: u64) -> String {
+    match bytes {
+        0..1024 => format!("{bytes} bytes"),
+        1024..1_048_576 => format!("{} KiB", bytes.div_ceil(1024)),
+        _ => format!("{} MiB", bytes.div_ceil(1 << 20)),
+    }
+}
+
+/// A file that was asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dependency {
+    /// Path from the project's root.
+    pub path: String,
+    /// Whether it could be read. A missing file is a dependency too: the scene changes when it appears.
+    pub found: bool,
+}
+
+/// Bytes by path from the project's root.
+pub trait Files {
+    /// Reads a file of at most `limit` bytes and remembers that it was asked for.
+    ///
+    /// # Errors
+    /// Every [`FileError`]; the path is checked again here, so a caller cannot get round [`resolve`].
+    fn read_at_most(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError>;
+
+    /// Every path asked for so far, sorted, each once.
+    fn dependencies(&self) -> Vec<Dependency>;
+
+    /// Reads an asset.
+    ///
+    /// # Errors
+    /// As [`Files::read_at_most`], with [`MAX_ASSET_BYTES`].
+    fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
+        self.read_at_most(path, MAX_ASSET_BYTES)
+    }
+}
+
+/// What comes of reading a scene file.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    /// The text; where the bytes are no UTF-8, a readable approximation.
+    pub source: Source,
+    /// E0119, if the bytes are no UTF-8. The text is then not worth parsing.
+    pub error: Option<Diagnostic>,
+}
+
+/// Reads a scene file.
+///
+/// # Errors
+/// As [`Files::read_at_most`], with [`MAX_SOURCE_BYTES`].
+pub fn load(files: &dyn Files, id: FileId, path: &str) -> Result<Loaded, FileError> {
+    let bytes = files.read_at_most(path, MAX_SOURCE_BYTES as u64)?;
+    let (source, error) = decode(id, path, &bytes);
+    Ok(Loaded { source, error })
+}
+
+/// The path from the project's root that `written` means in the scene `from` (itself from the root).
+///
+/// ```
+/// use kinora_lang::files::resolve;
+/// assert_eq!(resolve("scenes/a.kin", "../lib/metals.kin").as_deref(), Ok("lib/metals.kin"));
+/// assert_eq!(resolve("scenes/a.kin", "/lib/metals.kin").as_deref(), Ok("lib/metals.kin"));
+/// assert!(resolve("scenes/a.kin", "../../etc/passwd").is_err());
+/// ```
+///
+/// # Errors
+/// [`FileError::Outside`] and [`FileError::Forbidden`]; the disk is not asked.
+pub fn resolve(from: &str, written: &str) -> Result<String, FileError> {
+    let forbidden = || FileError::Forbidden { path: written.to_string() };
+    if written.is_empty() || written.contains(['\\', ':', '\0']) || written.starts_with("//") {
+        return Err(forbidden());
+    }
+    let mut parts: Vec<&str> = match written.starts_with('/') {
+        true => Vec::new(),
+        false => from.split('/').filter(|part| !matches!(*part, "" | ".")).collect(),
+    };
+    parts.pop();
+    for part in written.split('/') {
+        match part {
+            "" | "." => {}
+            ".." if parts.pop().is_none() => return Err(FileError::Outside { path: written.to_string() }),
+            ".." => {}
+            part if is_device(part) => return Err(forbidden()),
+            part => parts.push(part),
+        }
+    }
+    Ok(parts.join("/"))
+}
+
+/// Names that mean a device on Windows, with any extension: refused everywhere, so that a project works everywhere.
+fn is_device(part: &str) -> bool {
+    let stem = part.split('.').next().unwrap_or(part).trim_end().to_ascii_uppercase();
+    let numbered = |prefix: &str| {
+        stem.strip_prefix(prefix).is_some_and(|rest| rest.len() == 1 && rest.bytes().all(|b| b.is_ascii_digit()))
+    };
+    matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT")
+}
+
+/// The list behind [`Files::dependencies`].
+#[derive(Debug, Default)]
+struct Asked(Mutex<BTreeMap<String, bool>>);
+
+impl Asked {
+    fn note<T>(&self, path: &str, result: Result<T, FileError>) -> Result<T, FileError> {
+        let mut asked = self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        asked.insert(path.to_string(), result.is_ok());
+        result
+    }
+
+    fn list(&self) -> Vec<Dependency> {
+        let asked = self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        asked.iter().map(|(path, found)| Dependency { path: path.clone(), found: *found }).collect()
+    }
+}
+
+/// A project folder on the disk.
+#[derive(Debug)]
+pub struct Folder {
+    root: PathBuf,
+    asked: Asked,
+}
+
+impl Folder {
+    /// The project that `scene` belongs to, and the scene's path from its root.
+    ///
+    /// # Errors
+    /// The folder of the scene does not exist, or the path has no file name or is no Unicode. The scene itself need not
+    /// exist yet.
+    pub fn of(scene: &Path) -> std::io::Result<(Folder, String)> {
+        let bad = |what: &str| std::io::Error::new(std::io::ErrorKind::InvalidInput, what);
+        let name = scene.file_name().ok_or_else(|| bad("the path names no file"))?;
+        let parent = match scene.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let parent = parent.canonicalize()?;
+        let root = parent.ancestors().find(|folder| folder.join("kinora.toml").is_file()).unwrap_or(&parent);
+        let inside = parent.strip_prefix(root).unwrap_or(Path::new("")).join(name);
+        let parts: Option<Vec<&str>> = inside.iter().map(|part| part.to_str()).collect();
+        let parts = parts.ok_or_else(|| bad("the path is not Unicode"))?;
+        Ok((Folder { root: root.to_path_buf(), asked: Asked::default() }, parts.join("/")))
+    }
+
+    /// The root, canonical.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    fn fetch(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
+        let path = resolve("", path)?;
+        let failed = |error: std::io::Error| match error.kind() {
+            std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => {
+                FileError::Missing { path: path.clone() }
+            }
+            std::io::ErrorKind::PermissionDenied => {
+                FileError::Unreadable { path: path.clone(), reason: "permission denied".to_string() }
+            }
+            _ => FileError::Unreadable { path: path.clone(), reason: error.to_string() },
+        };
+        let real = self.root.join(&path).canonicalize().map_err(failed)?;
+        if !real.starts_with(&self.root) {
+            return Err(FileError::Link { path });
+        }
+        let unreadable = |reason: &str| FileError::Unreadable { path: path.clone(), reason: reason.to_string() };
+        // Asked before opening: opening a pipe would wait for its other end.
+        let kind = std::fs::metadata(&real).map_err(failed)?;
+        if kind.is_dir() {
+            return Err(unreadable("is a directory"));
+        }
+        if !kind.is_file() {
+            return Err(unreadable("is not a regular file"));
+        }
+        let file = std::fs::File::open(&real).map_err(failed)?;
+        let bytes = file.metadata().map_err(failed)?.len();
+        let too_large = |bytes| FileError::TooLarge { path: path.clone(), bytes, limit };
+        if bytes > limit {
+            return Err(too_large(bytes));
+        }
+        let mut content = Vec::new();
+        file.take(limit.saturating_add(1)).read_to_end(&mut content).map_err(failed)?;
+        match content.len() as u64 {
+            read if read > limit => Err(too_large(read)),
+            _ => Ok(content.into()),
+        }
+    }
+}
+
+impl Files for Folder {
+    fn read_at_most(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
+        self.asked.note(path, self.fetch(path, limit))
+    }
+
+    fn dependencies(&self) -> Vec<Dependency> {
+        self.asked.list()
+    }
+}
+
+/// A project in memory: for tests, and for texts that are not saved.
+#[derive(Debug, Default)]
+pub struct Memory {
+    files: BTreeMap<String, Arc<[u8]>>,
+    asked: Asked,
+}
+
+impl Memory {
+    /// A project of these files, by path from its root.
+    pub fn new<'a>(files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> Memory {
+        let files = files.into_iter().map(|(path, bytes)| (path.to_string(), bytes.into())).collect();
+        Memory { files, asked: Asked::default() }
+    }
+
+    fn fetch(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
+        let path = resolve("", path)?;
+        match self.files.get(&path) {
+            None => Err(FileError::Missing { path }),
+            Some(bytes) if bytes.len() as u64 > limit => {
+                Err(FileError::TooLarge { path, bytes: bytes.len() as u64, limit })
+            }
+            Some(bytes) => Ok(bytes.clone()),
+        }
+    }
+}
+
+impl Files for Memory {
+    fn read_at_most(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
+        self.asked.note(path, self.fetch(path, limit))
+    }
+
+    fn dependencies(&self) -> Vec<Dependency> {
+        self.asked.list()
+    }
+}

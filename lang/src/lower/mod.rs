@@ -1,0 +1,264 @@
+//! Evaluated nodes to a [`Scene`]: what has a place in it, in which order, and what only the whole scene can tell.
+
+mod camera;
+mod material;
+mod place;
+mod read;
+mod render;
+mod shape;
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use kinora_scene::{Animated, Clock, Emission, Look, Material, Render, Scene, Sky, Tonemap};
+
+use crate::diagnostic::{Applicability, Diagnostic};
+use crate::eval::machine::{Machine, NodeKind, NodeValue};
+use crate::eval::items::kind_text;
+use crate::schema::{Since, Sort};
+use crate::source::Span;
+use crate::suggest::suggest;
+use crate::value::NodeId;
+
+pub use shape::MeshRequest;
+
+/// A scene whose meshes are still to be read.
+pub struct Lowered {
+    /// The scene.
+    pub scene: Scene,
+    /// The meshes that come from files.
+    pub meshes: Vec<MeshRequest>,
+}
+
+/// What a file's nodes are, sorted by what they are for.
+#[derive(Default)]
+struct Found {
+    render: Vec<NodeId>,
+    cameras: Vec<(NodeId, Option<usize>)>,
+    skies: Vec<NodeId>,
+    /// Shapes, groups and named prefabs with what they are written in.
+    placed: Vec<(NodeId, Option<usize>)>,
+    /// Something could not be read: nothing can be said about what is missing.
+    unknown: bool,
+}
+
+/// Everything that lowering needs at hand.
+struct Lower<'m, 'a> {
+    machine: &'m mut Machine<'a>,
+    found: Found,
+    /// Index in the scene's nodes by index in `found.placed`.
+    order: Vec<usize>,
+    first: HashMap<NodeId, usize>,
+    materials: Vec<Material<Animated>>,
+    known_materials: HashMap<Option<NodeId>, usize>,
+    meshes: Vec<MeshRequest>,
+}
+
+/// The scene that `roots` make. Problems are reported to the machine; `whole` says that the text had no error before.
+pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&str>, whole: bool) -> Lowered {
+    let mut found = Found { unknown: !whole, ..Found::default() };
+    for id in roots {
+        gather(machine, *id, None, &mut found);
+    }
+    let mut lower = Lower {
+        machine,
+        found,
+        order: Vec::new(),
+        first: HashMap::new(),
+        materials: Vec::new(),
+        known_materials: HashMap::new(),
+        meshes: Vec::new(),
+    };
+    lower.scene(camera)
+}
+
+fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, found: &mut Found) {
+    let Some(node) = machine.done(id) else {
+        found.unknown = true;
+        return;
+    };
+    let mut inner = parent;
+    match node.kind {
+        NodeKind::Unknown => found.unknown = true,
+        NodeKind::Schema(kind) if kind.since != Since::Now => found.unknown = true,
+        NodeKind::Schema(kind) => match kind.sort {
+            Sort::Render => found.render.push(id),
+            Sort::Camera => found.cameras.push((id, parent)),
+            Sort::Sky => found.skies.push(id),
+            Sort::Shape | Sort::Group => {
+                inner = Some(found.placed.len());
+                found.placed.push((id, parent));
+            }
+            _ => {}
+        },
+        NodeKind::Prefab(_) => {
+            let named = machine.nodes.get(id.0 as usize).is_some_and(|slot| slot.ast.name.is_some());
+            if named {
+                inner = Some(found.placed.len());
+                found.placed.push((id, parent));
+            }
+        }
+    }
+    for child in &node.children {
+        gather(machine, *child, inner, found);
+    }
+}
+
+impl<'a> Lower<'_, 'a> {
+    fn scene(&mut self, camera: Option<&str>) -> Lowered {
+        self.only_one("render", |found| &found.render);
+        self.only_one("sky", |found| &found.skies);
+        let parents = self.order();
+        let nodes = self.nodes(&parents);
+        let cameras: Vec<_> =
+            self.found.cameras.clone().into_iter().map(|(id, parent)| self.camera(id, parent)).collect();
+        let (render, look, clock) = match self.found.render.first().and_then(|id| self.machine.done(*id)) {
+            Some(node) => self.render(&node),
+            None => (Render::default(), Look { exposure: 0.0.into(), tonemap: Tonemap::Agx }, Clock::default()),
+        };
+        let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
+        let camera = self.which_camera(camera);
+        let scene = Scene {
+            render,
+            look,
+            clock,
+            cameras,
+            camera,
+            nodes,
+            materials: std::mem::take(&mut self.materials),
+            sky,
+        };
+        self.what_is_missing(&scene);
+        Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
+    }
+
+    /// The place that stands for a node in a message: its name, or its kind.
+    fn span(&self, id: NodeId) -> Span {
+        let ast = self.machine.nodes.get(id.0 as usize).map(|slot| slot.ast);
+        ast.map_or(Span::at(0), |ast| ast.name.as_ref().map_or(ast.kind.span, |name| name.span))
+    }
+
+    /// The author's name, or the kind.
+    fn name(&self, id: NodeId) -> String {
+        let ast = self.machine.nodes.get(id.0 as usize).map(|slot| slot.ast);
+        ast.map_or(String::new(), |ast| match &ast.name {
+            Some(name) => name.text.to_string(),
+            None => kind_text(ast),
+        })
+    }
+
+    fn report(&mut self, id: NodeId, diagnostic: Diagnostic) {
+        let trace = self.machine.nodes.get(id.0 as usize).and_then(|slot| slot.trace.clone());
+        let outer = std::mem::replace(&mut self.machine.trace, trace);
+        self.machine.report(diagnostic);
+        self.machine.trace = outer;
+    }
+
+    /// E0507.
+    fn only_one(&mut self, kind: &str, of: impl Fn(&Found) -> &Vec<NodeId>) {
+        let found = of(&self.found).clone();
+        let Some((first, rest)) = found.split_first() else { return };
+        for id in rest {
+            let place = |id: NodeId| self.machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
+            let diagnostic = Diagnostic::new("E0507", format!("only one `{kind}` block is allowed"))
+                .primary(self.machine.file(), place(*id), "a second one")
+                .label(self.machine.file(), place(*first), "the first one")
+                .help("merge them");
+            self.report(*id, diagnostic);
+        }
+    }
+
+    fn which_camera(&mut self, wanted: Option<&str>) -> Option<usize> {
+        let names: Vec<String> = self.found.cameras.iter().map(|(id, _)| self.name(*id)).collect();
+        let file = self.machine.file();
+        if let Some(wanted) = wanted {
+            let found = names.iter().position(|name| name == wanted);
+            if found.is_none() {
+                let mut diagnostic = Diagnostic::new("E0203", format!("no camera named `{wanted}` here"));
+                let near = suggest(wanted, names.iter().map(String::as_str));
+                diagnostic = match (near.first(), names.is_empty()) {
+                    (Some(near), _) => diagnostic.help(format!("did you mean `{near}`?")),
+                    (None, false) => {
+                        let list = crate::suggest::all_of(names.iter().map(String::as_str));
+                        diagnostic.help(format!("the scene has {list}"))
+                    }
+                    (None, true) => diagnostic.note("the scene has no camera"),
+                };
+                self.machine.report(diagnostic);
+            }
+            return found;
+        }
+        let render = self.found.render.first().and_then(|id| self.machine.done(*id));
+        if let Some(set) = render.as_ref().and_then(|node| read::set(node, "camera")) {
+            let id = read::node(set.data.as_ref())?;
+            return self.found.cameras.iter().position(|(camera, _)| *camera == id);
+        }
+        match self.found.cameras.as_slice() {
+            [] if self.found.unknown => None,
+            [] => {
+                let end = self.machine.source.len();
+                let text = "camera main { position: (0, 1, 4), look_at: (0, 0, 0) }";
+                let diagnostic = Diagnostic::new("E0501", "the scene has no camera")
+                    .primary(file, Span::at(0), "nothing takes a picture here")
+                    .fix(Applicability::Manual, format!("add `{text}`"), file, Span::at(end), format!("\n{text}\n"));
+                self.machine.report(diagnostic);
+                None
+            }
+            [_] => Some(0),
+            several => {
+                let several: Vec<Span> = several.iter().map(|(id, _)| self.span(*id)).collect();
+                let mut diagnostic = Diagnostic::new("E0502", format!("choose one of {} cameras", several.len()));
+                for (i, span) in several.iter().enumerate().take(6) {
+                    diagnostic = match i {
+                        0 => diagnostic.primary(file, *span, "one camera"),
+                        _ => diagnostic.label(file, *span, "another camera"),
+                    };
+                }
+                let first = names.first().map_or("main", String::as_str);
+                self.machine.report(diagnostic.help(format!("add `render {{ camera: {first} }}` or `--camera {first}`")));
+                None
+            }
+        }
+    }
+
+    fn sky(&mut self, node: &Rc<NodeValue<'a>>) -> Sky<Animated> {
+        Sky {
+            color: read::track(self.machine, node, "color"),
+            strength: read::track(self.machine, node, "strength"),
+            visible: read::number(node, "visible") != 0.0,
+        }
+    }
+
+    /// E0503 and W0402.
+    fn what_is_missing(&mut self, scene: &Scene) {
+        if self.found.unknown {
+            return;
+        }
+        let file = self.machine.file();
+        let shapes = scene.nodes.iter().any(|node| node.shape.is_some());
+        if !shapes && scene.sky.is_none() {
+            let diagnostic = Diagnostic::new("E0503", "the scene has no geometry")
+                .primary(file, Span::at(0), "there is nothing to see here")
+                .help("add a shape, for example `sphere { radius: 0.5 }`");
+            self.machine.report(diagnostic);
+            return;
+        }
+        let shines = |material: &Material<Animated>| match material {
+            Material::Emitter { emission: Emission::Radiance(light) | Emission::Power(light), color, .. } => {
+                light.constant() != Some(&0.0) && color.constant().is_none_or(|color| color.max_element() > 0.0)
+            }
+            _ => false,
+        };
+        let emitter = scene.nodes.iter().any(|node| {
+            node.shape.is_some() && scene.materials.get(node.material).is_some_and(shines)
+        });
+        let sky = scene.sky.as_ref().is_some_and(|sky| {
+            sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
+        });
+        if !emitter && !sky {
+            let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
+                .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
+            self.machine.report(diagnostic);
+        }
+    }
+}

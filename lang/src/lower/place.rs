@@ -1,0 +1,124 @@
+//! Nodes in order: parents before their children.
+
+use std::rc::Rc;
+
+use glam::DVec3;
+use kinora_scene::{Node, Placing, Track};
+
+use super::{Lower, read};
+use crate::diagnostic::Diagnostic;
+use crate::eval::machine::{NodeKind, NodeValue};
+use crate::schema::Sort;
+use crate::value::NodeId;
+
+impl<'a> Lower<'_, 'a> {
+    /// The scene's index of a node that is placed.
+    pub(super) fn index_of(&self, id: NodeId) -> Option<usize> {
+        self.first.get(&id).and_then(|at| self.order.get(*at).copied())
+    }
+
+    /// Puts parents before children; gives the parent of each placed node, by its index in `found.placed`.
+    pub(super) fn order(&mut self) -> Vec<Option<usize>> {
+        for (at, (id, _)) in self.found.placed.iter().enumerate() {
+            self.first.entry(*id).or_insert(at);
+        }
+        let mut parents: Vec<Option<usize>> = Vec::with_capacity(self.found.placed.len());
+        for (id, enclosing) in self.found.placed.clone() {
+            let node = self.machine.done(id).unwrap_or_default();
+            let given = read::node(read::data(&node, "parent"));
+            parents.push(match given {
+                Some(parent) => self.first.get(&parent).copied(),
+                None => enclosing,
+            });
+        }
+        let mut order = vec![usize::MAX; parents.len()];
+        let mut next = 0;
+        let mut on_path = vec![false; parents.len()];
+        for start in 0..parents.len() {
+            let mut path = Vec::new();
+            let mut at = Some(start);
+            while let Some(here) = at {
+                if order[here] != usize::MAX {
+                    break;
+                }
+                if on_path[here] {
+                    self.circle(&path, here);
+                    parents[here] = None;
+                    break;
+                }
+                on_path[here] = true;
+                path.push(here);
+                at = parents[here];
+            }
+            for here in path.into_iter().rev() {
+                on_path[here] = false;
+                order[here] = next;
+                next += 1;
+            }
+        }
+        self.order = order;
+        parents
+    }
+
+    /// E0505.
+    fn circle(&mut self, path: &[usize], here: usize) {
+        let start = path.iter().position(|at| *at == here).unwrap_or(0);
+        let ring: Vec<NodeId> =
+            path.iter().skip(start).filter_map(|at| self.found.placed.get(*at).map(|placed| placed.0)).collect();
+        let Some(first) = ring.first().copied() else { return };
+        let name = self.name(first);
+        let mut diagnostic = Diagnostic::new("E0505", format!("`{name}` is positioned relative to itself"));
+        for (i, id) in ring.iter().enumerate().take(6) {
+            let parent = ring.get(i + 1).copied().unwrap_or(first);
+            let text = format!("`{}` moves with `{}`", self.name(*id), self.name(parent));
+            let node = self.machine.done(*id).unwrap_or_default();
+            let span = read::set(&node, "parent").map_or(self.span(*id), |set| set.expr.span);
+            diagnostic = match i {
+                0 => diagnostic.primary(self.machine.file(), span, text),
+                _ => diagnostic.label(self.machine.file(), span, text),
+            };
+        }
+        self.report(first, diagnostic.help("give one of them a fixed position"));
+    }
+
+    /// The scene's nodes.
+    pub(super) fn nodes(&mut self, parents: &[Option<usize>]) -> Vec<Node> {
+        let mut nodes: Vec<Option<Node>> = vec![None; parents.len()];
+        for (at, (id, _)) in self.found.placed.clone().into_iter().enumerate() {
+            let parent = parents.get(at).copied().flatten().and_then(|parent| self.order.get(parent).copied());
+            let index = self.order.get(at).copied().unwrap_or(0);
+            let node = self.machine.done(id).unwrap_or_default();
+            let built = self.placed(id, &node, index, parent);
+            if let Some(slot) = nodes.get_mut(index) {
+                *slot = Some(built);
+            }
+        }
+        nodes.into_iter().flatten().collect()
+    }
+
+    fn placed(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, index: usize, parent: Option<usize>) -> Node {
+        let shape = match node.kind {
+            NodeKind::Schema(kind) if kind.sort == Sort::Shape => self.shape(id, node, kind, index),
+            _ => None,
+        };
+        let material = match (&shape, read::set(node, "material")) {
+            // A group has no surface: any index will do, and the default one need not be made for it.
+            (None, _) => 0,
+            (Some(_), Some(set)) => self.material(read::node(set.data.as_ref())),
+            (Some(_), None) => self.material(None),
+        };
+        self.power_of_plane(id, node, shape.as_ref());
+        let (placing, visible) = match node.kind {
+            NodeKind::Schema(_) => (
+                Placing {
+                    position: read::track(self.machine, node, "position"),
+                    rotation: read::track(self.machine, node, "rotation"),
+                    scale: read::track_if_set(self.machine, node, "scale").unwrap_or(Track::Const(DVec3::ONE)),
+                },
+                read::track(self.machine, node, "visible"),
+            ),
+            _ => (Placing::default(), true.into()),
+        };
+        Node { name: self.name(id), parent, placing, shape, material, visible }
+    }
+}

@@ -1,0 +1,210 @@
+//! A scene file's text and the arithmetic of places in it.
+//!
+//! Everything else speaks of byte offsets ([`Span`]); lines, columns and UTF-16 units exist only at the border, where a
+//! message is shown or an editor asks. CRLF stays as it is, so that an offset means the same in the file on disk.
+
+use crate::diagnostic::Diagnostic;
+use std::sync::Arc;
+
+/// Which file of a compilation a span lies in: an index into its list of sources.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct FileId(pub u32);
+
+/// A range of bytes in one source, `start <= end`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Span {
+    /// Offset of the first byte.
+    pub start: u32,
+    /// Offset behind the last byte.
+    pub end: u32,
+}
+
+impl Span {
+    /// The bytes from `start` up to `end`; an `end` before the `start` gives an empty span at `start`.
+    pub fn new(start: u32, end: u32) -> Span {
+        Span { start, end: end.max(start) }
+    }
+
+    /// An empty span: a place between two characters.
+    pub fn at(offset: u32) -> Span {
+        Span { start: offset, end: offset }
+    }
+
+    /// The smallest span that covers both.
+    pub fn to(self, other: Span) -> Span {
+        Span { start: self.start.min(other.start), end: self.end.max(other.end) }
+    }
+
+    /// Whether the span covers no byte.
+    pub fn is_empty(self) -> bool {
+        self.start == self.end
+    }
+
+    /// Length in bytes.
+    pub fn len(self) -> u32 {
+        self.end - self.start
+    }
+}
+
+/// A place as people and editors count it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Position {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in characters, from 1.
+    pub column: u32,
+    /// Column in UTF-16 code units, from 1.
+    pub utf16: u32,
+}
+
+/// One file's text with the table of its lines. Cloning shares both.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Its number in the compilation.
+    pub id: FileId,
+    /// Path relative to the project, with `/`: for messages.
+    pub name: Arc<str>,
+    /// The text, byte for byte.
+    pub text: Arc<str>,
+    line_starts: Arc<[u32]>,
+}
+
+/// Most bytes a scene file may have.
+pub const MAX_SOURCE_BYTES: usize = 64 << 20;
+
+impl Source {
+    /// The source `name` with its text. Text beyond 4 GiB is cut off: the reader refuses far smaller files.
+    pub fn new(id: FileId, name: impl Into<Arc<str>>, text: impl Into<Arc<str>>) -> Source {
+        let mut text: Arc<str> = text.into();
+        if text.len() > u32::MAX as usize {
+            text = text[..text.floor_char_boundary(u32::MAX as usize)].into();
+        }
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let line_starts = std::iter::once(0).chain(breaks.map(|(offset, _)| offset as u32 + 1)).collect();
+        Source { id, name: name.into(), text, line_starts }
+    }
+
+    /// Length in bytes.
+    pub fn len(&self) -> u32 {
+        self.text.len() as u32
+    }
+
+    /// Whether there is no text at all.
+    pub fn is_empty(&self) -> bool {
+        self.text.is_empty()
+    }
+
+    /// Number of lines; an empty file has one.
+    pub fn line_count(&self) -> u32 {
+        self.line_starts.len() as u32
+    }
+
+    /// Line of an offset, from 0; an offset behind the end counts as the end.
+    pub fn line_index(&self, offset: u32) -> u32 {
+        (self.line_starts.partition_point(|start| *start <= offset) as u32).saturating_sub(1)
+    }
+
+    /// Where the line (from 0) starts; behind the last line, the end of the text.
+    pub fn line_start(&self, line: u32) -> u32 {
+        self.line_starts.get(line as usize).copied().unwrap_or(self.len())
+    }
+
+    /// The line (from 0) without its line break.
+    pub fn line_span(&self, line: u32) -> Span {
+        let start = self.line_start(line);
+        let text = self.slice(Span::new(start, self.line_start(line + 1)));
+        Span::new(start, start + text.trim_end_matches(['\n', '\r']).len() as u32)
+    }
+
+    /// An offset as line and columns. Offsets inside a character or behind the end are moved back to a border.
+    pub fn position(&self, offset: u32) -> Position {
+        let offset = self.clamp(offset);
+        let line = self.line_index(offset);
+        let before = self.slice(Span::new(self.line_start(line), offset));
+        Position {
+            line: line + 1,
+            column: before.chars().count() as u32 + 1,
+            utf16: before.chars().map(char::len_utf16).sum::<usize>() as u32 + 1,
+        }
+    }
+
+    /// The offset of a line and a UTF-16 column, both from 1, clamped to the line.
+    pub fn offset_utf16(&self, line: u32, utf16: u32) -> u32 {
+        let span = self.line_span(line.saturating_sub(1));
+        let mut units = 1;
+        for (at, character) in self.slice(span).char_indices() {
+            if units >= utf16 {
+                return span.start + at as u32;
+            }
+            units += character.len_utf16() as u32;
+        }
+        span.end
+    }
+
+    /// The text under a span, clamped to the file and to borders of characters.
+    pub fn slice(&self, span: Span) -> &str {
+        &self.text[self.clamp(span.start) as usize..self.clamp(span.end) as usize]
+    }
+
+    /// The offset moved back to the nearest border of a character in the file.
+    pub fn clamp(&self, offset: u32) -> u32 {
+        self.text.floor_char_boundary(offset as usize) as u32
+    }
+}
+
+/// Makes a source of a file's bytes. Bytes that are no UTF-8 give E0119 and a readable approximation of the text, which is
+/// for showing the place only.
+pub fn decode(id: FileId, name: &str, bytes: &[u8]) -> (Source, Option<Diagnostic>) {
+    let utf16 = match bytes {
+        [0xFF, 0xFE, rest @ ..] => Some((rest, u16::from_le_bytes as fn([u8; 2]) -> u16)),
+        [0xFE, 0xFF, rest @ ..] => Some((rest, u16::from_be_bytes as fn([u8; 2]) -> u16)),
+        _ => None,
+    };
+    if let Some((rest, unit)) = utf16 {
+        let units: Vec<u16> = rest.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+        let source = Source::new(id, name, String::from_utf16_lossy(&units));
+        let error = Diagnostic::new("E0119", "file is UTF-16, not UTF-8")
+            .primary(id, Span::at(0), "starts with the byte order mark of UTF-16")
+            .help("save the file as UTF-8");
+        return (source, Some(error));
+    }
+    let error = match std::str::from_utf8(bytes) {
+        Ok(text) => return (Source::new(id, name, text), None),
+        Err(error) => error,
+    };
+    // The approximation has the same bytes up to the fault, so the offset is the same in both.
+    let source = Source::new(id, name, String::from_utf8_lossy(bytes));
+    let offset = error.valid_up_to();
+    let byte = bytes.get(offset).copied().unwrap_or_default();
+    let line = source.position(offset as u32).line;
+    let mut found = Diagnostic::new("E0119", "file is not valid UTF-8")
+        .primary(id, Span::new(offset as u32, offset as u32 + '\u{FFFD}'.len_utf8() as u32), format!("byte 0x{byte:02X}"))
+        .note(format!("byte {offset}, line {line}"));
+    if byte >= 0xA0 {
+        found = found.note(format!("byte 0x{byte:02X} looks like Latin-1, where it is `{}`", char::from(byte)));
+    }
+    (source, Some(found.help("save the file as UTF-8")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, offset: u32, expected: (u32, u32, u32)) {
+        let source = Source::new(FileId(0), "a.kin", text);
+        let position = source.position(offset);
+        assert_eq!((position.line, position.column, position.utf16), expected, "{text:?} at {offset}");
+        assert_eq!(source.offset_utf16(position.line, position.utf16), source.clamp(offset), "{text:?} back to {offset}");
+    }
+
+    #[test]
+    fn places() {
+        check("", 0, (1, 1, 1));
+        check("", 9, (1, 1, 1));
+        check("ab\ncd", 4, (2, 2, 2));
+        check("ab\r\ncd", 4, (2, 1, 1));
+        check("ab\n", 3, (2, 1, 1));
+        check("é😀x", 6, (1, 3, 4));
+        check("é😀x", 4, (1, 2, 2));
+    }
+}

@@ -1,0 +1,188 @@
+//! "Did you mean": names close to a name that is not known.
+
+use strsim::damerau_levenshtein;
+
+/// What the same thing is called elsewhere, and what it is called here.
+const FOREIGN: &[(&str, &str)] = &[
+    ("albedo", "color"),
+    ("base_color", "color"),
+    ("basecolor", "color"),
+    ("kd", "color"),
+    ("rgb", "color"),
+    ("colour", "color"),
+    ("tint", "edge_tint"),
+    ("emission", "emitter"),
+    ("emissive", "emitter"),
+    ("light", "emitter"),
+    ("area_light", "emitter"),
+    ("lambert", "diffuse"),
+    ("matte", "diffuse"),
+    ("phong", "glossy"),
+    ("plastic", "glossy"),
+    ("conductor", "metal"),
+    ("ggx", "metal"),
+    ("glass", "dielectric"),
+    ("cube", "box"),
+    ("cuboid", "box"),
+    ("ball", "sphere"),
+    ("rectangle", "quad"),
+    ("rect", "quad"),
+    ("ground", "plane"),
+    ("environment", "sky"),
+    ("background", "sky"),
+    ("envmap", "sky"),
+    ("directional_light", "sun"),
+    ("settings", "render"),
+    ("translate", "position"),
+    ("translation", "position"),
+    ("location", "position"),
+    ("origin", "position"),
+    ("center", "position"),
+    ("centre", "position"),
+    ("at", "position"),
+    ("from", "position"),
+    ("eye", "position"),
+    ("rotate", "rotation"),
+    ("orientation", "rotation"),
+    ("quaternion", "rotation"),
+    ("target", "look_at"),
+    ("lookat", "look_at"),
+    ("to", "look_at"),
+    ("fovy", "fov"),
+    ("field_of_view", "fov"),
+    ("yfov", "fov"),
+    ("index_of_refraction", "ior"),
+    ("eta", "ior"),
+    ("r", "radius"),
+    ("diameter", "radius"),
+    ("extent", "size"),
+    ("dimensions", "size"),
+    ("path", "file"),
+    ("filename", "file"),
+    ("src", "file"),
+    ("spp", "samples"),
+    ("max_depth", "max_bounces"),
+    ("depth", "max_bounces"),
+    ("bounces", "max_bounces"),
+    ("width", "resolution"),
+    ("height", "resolution"),
+    ("intensity", "strength"),
+    ("focal_distance", "focus"),
+    ("focus_distance", "focus"),
+    ("lens_radius", "aperture"),
+    ("hidden", "visible"),
+    ("lerp", "mix"),
+    ("pow", "mod"),
+    ("fract", "mod"),
+    ("len", "count"),
+    ("magnitude", "length"),
+    ("random", "rand"),
+    ("perlin", "noise"),
+    ("rgba", "srgb"),
+    ("hsl", "hsv"),
+    ("radians", "turn"),
+    ("ease", "smooth"),
+    ("kelvin", "K"),
+    ("degrees", "deg"),
+    ("degree", "deg"),
+    ("radian", "rad"),
+    ("meters", "m"),
+    ("meter", "m"),
+    ("metres", "m"),
+    ("seconds", "s"),
+    ("sec", "s"),
+    ("frames", "f"),
+];
+
+/// The names most like `name`, best first, at most three: the same but for case, then a few typing mistakes away, then
+/// with its words in another order, then what other programs call so. Never `name` itself.
+///
+/// ```
+/// use kinora_lang::suggest::suggest;
+/// assert_eq!(suggest("raduis", ["position", "radius"]), ["radius"]);
+/// assert_eq!(suggest("translate", ["position", "radius"]), ["position"]);
+/// ```
+pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    if name.len() > 64 {
+        return Vec::new();
+    }
+    let lower = name.to_lowercase();
+    let length = name.chars().count();
+    let words = sorted_words(&lower);
+    let mut found: Vec<(usize, &str)> = Vec::new();
+    for known in known {
+        if known == name || known.len() > 64 {
+            continue;
+        }
+        let candidate = known.to_lowercase();
+        let distance = damerau_levenshtein(&lower, &candidate);
+        // A name of one or two letters is one letter away from every other: nothing can be guessed from that.
+        let near = length > 2 && distance <= (length / 3).max(1) && distance < known.chars().count();
+        let rank = if candidate == lower {
+            0
+        } else if near {
+            distance
+        } else if words.len() > 1 && sorted_words(&candidate) == words {
+            100
+        } else if FOREIGN.contains(&(lower.as_str(), known)) {
+            200
+        } else {
+            continue;
+        };
+        found.push((rank, known));
+    }
+    found.sort();
+    found.dedup();
+    found.truncate(3);
+    found.into_iter().map(|(_, known)| known).collect()
+}
+
+fn sorted_words(name: &str) -> Vec<&str> {
+    let mut words: Vec<&str> = name.split('_').collect();
+    words.sort_unstable();
+    words
+}
+
+/// `a`, `a or b`, `a, b or c`, each in backquotes.
+pub fn any_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    join(names, " or ")
+}
+
+/// `a`, `a and b`, `a, b and c`, each in backquotes.
+pub fn all_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    join(names, " and ")
+}
+
+fn join<'a>(names: impl IntoIterator<Item = &'a str>, last: &str) -> String {
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    match names.split_last() {
+        None => String::new(),
+        Some((only, [])) => only.clone(),
+        Some((end, rest)) => format!("{}{last}{end}", rest.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(name: &str, known: &[&str], expected: &[&str]) {
+        assert_eq!(suggest(name, known.iter().copied()), expected, "{name}");
+    }
+
+    #[test]
+    fn rules() {
+        check("raduis", &["radius", "position"], &["radius"]);
+        check("Radius", &["radius"], &["radius"]);
+        check("radius", &["radius"], &[]);
+        check("x_size", &["size_x", "size"], &["size_x"]);
+        check("albedo", &["color", "roughness"], &["color"]);
+        check("fovy", &["fov", "focus"], &["fov"]);
+        check("abcd", &["abce", "abcf", "abcg", "abch"], &["abce", "abcf", "abcg"]);
+        check("zzzzzz", &["radius"], &[]);
+        check("ab", &["xy", "AB"], &["AB"]);
+        check("golld", &["gold", "bold"], &["gold"]);
+        check("", &["a"], &[]);
+        check(&"x".repeat(100_000), &["x"], &[]);
+    }
+}

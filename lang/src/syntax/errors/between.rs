@@ -1,0 +1,89 @@
+//! What must stand between two things.
+
+use super::*;
+use crate::diagnostic::Applicability::Safe;
+
+impl Finder<'_> {
+    /// `(1 2)`
+    pub(super) fn no_comma(&mut self, node: &SyntaxNode) {
+        let at = node_span(node).end;
+        if let Some(bad) = self.bad_after(at) {
+            return self.bad_with(bad, None);
+        }
+        if node.parent().is_some_and(|bracket| is_unclosed(&bracket)) || self.is_lost(at) {
+            return;
+        }
+        let found = self.error("E0118", "expected `,` between values", self.gap(at), "no `,` here");
+        self.push(found.fix(Safe, "insert `,`", self.file(), Span::at(at), ","));
+    }
+
+    /// Whether unread text is in a bracket that was meant to end on a line before it.
+    pub(super) fn runs_on(&self, token: &SyntaxToken) -> bool {
+        let Some(bracket) = token.parent().filter(is_unclosed) else { return false };
+        let first_line = self.source.line_index(node_span(&bracket).start);
+        self.source.line_index(token_span(token).start) > first_line
+    }
+
+    /// `radius: 1 position: 2` on one line
+    pub(super) fn separators(&mut self, block: &SyntaxNode) {
+        let mut previous: Option<(SyntaxKind, u32)> = None;
+        for part in block.children_with_tokens() {
+            let here = span(&part);
+            match part {
+                NodeOrToken::Token(token) => match token.kind() {
+                    SyntaxKind::Whitespace | SyntaxKind::BlockComment if !token.text().contains('\n') => {}
+                    _ => previous = None,
+                },
+                NodeOrToken::Node(node) => {
+                    if let Some((kind, end)) = previous {
+                        self.no_separator(kind, node.kind(), end);
+                    }
+                    let needs_end = node.kind().is_item() && node.last_token().is_some_and(|last| {
+                        // Behind a brace it is plain where an item ends, unless the brace belongs to a value.
+                        last.kind() != SyntaxKind::CloseBrace || node.kind() == SyntaxKind::Property
+                    });
+                    previous = needs_end.then_some((node.kind(), here.end));
+                }
+            }
+        }
+    }
+
+    fn no_separator(&mut self, first: SyntaxKind, second: SyntaxKind, at: u32) {
+        let is_property = |kind| matches!(kind, SyntaxKind::Property | SyntaxKind::EqProperty);
+        let what = if is_property(first) && is_property(second) { "properties" } else { "items" };
+        let message = format!("expected a new line or `,` between {what}");
+        let found = self.error("E0118", message, self.gap(at), "nothing separates them");
+        self.push(found.fix(Safe, "insert `,`", self.file(), Span::at(at), ","));
+    }
+
+    /// The spaces at an offset.
+    fn gap(&self, at: u32) -> Span {
+        let rest = self.text(Span::new(at, self.source.len()));
+        Span::new(at, at + (rest.len() - rest.trim_start_matches([' ', '\t']).len()) as u32)
+    }
+
+    /// A block that belongs to nothing, unless what is before it on its line is reported already.
+    pub(super) fn orphan(&mut self, block: &SyntaxNode) {
+        let is_item = |parent: SyntaxNode| {
+            use SyntaxKind::*;
+            matches!(parent.kind(), File | Block | Arm | KeyBlock)
+        };
+        if !block.parent().is_some_and(is_item) {
+            return;
+        }
+        let mut at = before(block);
+        while let Some(part) = at {
+            if part.kind().is_error() {
+                return;
+            }
+            at = part.into_node().and_then(|node| node.last_child_or_token());
+        }
+        let start = node_span(block).start;
+        let found = self.error("E0127", "this block belongs to nothing", Span::new(start, start + 1), "no kind before it");
+        self.push(found.help("write what it is before it: `sphere ball { ... }`"));
+    }
+}
+
+fn is_unclosed(bracket: &SyntaxNode) -> bool {
+    bracket.last_child_or_token().is_some_and(|last| last.kind() == SyntaxKind::Unclosed)
+}

@@ -1,0 +1,225 @@
+//! The mistakes of a tree, from its error nodes and from what the grammar lets pass on purpose.
+//!
+//! At most one a line: what a mistake drags after it is mostly on its own line, and the next run shows the rest.
+
+mod bad;
+mod between;
+mod brackets;
+mod confusable;
+mod leaves;
+mod missing;
+mod shape;
+mod units;
+
+use super::ast::MAX_DEPTH;
+use super::expr::depth_cost;
+use super::kind::{SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
+use super::lower::{node_span, parts, span, token_span};
+use super::scan::MAX_NESTING;
+use crate::diagnostic::Diagnostic;
+use crate::source::{FileId, Source, Span};
+use rowan::{NodeOrToken, WalkEvent};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What [`find`] finds.
+pub(super) struct Found {
+    pub errors: Vec<Diagnostic>,
+    /// Whether an expression is deeper than [`MAX_DEPTH`].
+    pub too_deep: bool,
+}
+
+/// All mistakes of a tree, in the order of the text. `stopped` is where parsing had to stop, if it had.
+pub(super) fn find(source: &Source, root: &SyntaxNode, stopped: Option<u32>) -> Found {
+    let mut finder = Finder::new(source, root, stopped);
+    if let Some(offset) = stopped {
+        finder.nested(Span::new(offset, offset + 1), MAX_NESTING as u32);
+    }
+    leaves::control_characters(&mut finder);
+    let mut depth = 0u32;
+    let mut too_deep = false;
+    for event in root.preorder_with_tokens() {
+        match event {
+            WalkEvent::Enter(NodeOrToken::Node(node)) => {
+                depth = depth.saturating_add(depth_cost(&node));
+                if depth > MAX_DEPTH && !too_deep {
+                    too_deep = true;
+                    finder.nested(node_span(&node), MAX_DEPTH);
+                }
+                finder.node(&node);
+            }
+            WalkEvent::Enter(NodeOrToken::Token(token)) => finder.token(&token),
+            WalkEvent::Leave(NodeOrToken::Node(node)) => depth = depth.saturating_sub(depth_cost(&node)),
+            WalkEvent::Leave(NodeOrToken::Token(_)) => {}
+        }
+    }
+    Found { errors: finder.finish(), too_deep }
+}
+
+struct Finder<'a> {
+    source: &'a Source,
+    /// Urgent or not, and the finding.
+    found: Vec<(bool, Diagnostic)>,
+    /// Unread text: start to end, and whether it is inside of a bracket.
+    bad: BTreeMap<u32, Bad>,
+    /// Unread text that is reported together with what is missing before it.
+    merged: BTreeSet<u32>,
+    /// Brackets inside of unterminated strings: they were meant to be outside.
+    swallowed: Vec<(u32, char)>,
+    /// The first `{` among them.
+    swallowed_brace: Option<u32>,
+    /// Offset from which on everything is cut off, or swallowed by an unclosed comment.
+    lost: Option<u32>,
+    /// Where something is known to be missing already.
+    missing_at: Option<u32>,
+}
+
+/// Text that no rule could read.
+#[derive(Debug, Clone, Copy)]
+struct Bad {
+    span: Span,
+    /// Whether it is in a bracket, where values are separated by `,`.
+    is_elem: bool,
+}
+
+impl<'a> Finder<'a> {
+    fn new(source: &'a Source, root: &SyntaxNode, stopped: Option<u32>) -> Finder<'a> {
+        let mut bad = BTreeMap::new();
+        let mut lost = stopped;
+        let mut swallowed = Vec::new();
+        for token in root.descendants_with_tokens().filter_map(|part| part.into_token()) {
+            let span = token_span(&token);
+            match token.kind() {
+                SyntaxKind::BadItem | SyntaxKind::BadElem => {
+                    bad.insert(span.start, Bad { span, is_elem: token.kind() == SyntaxKind::BadElem });
+                    if let Some(at) = bad::open_quote(token.text()) {
+                        swallowed.extend(brackets::brackets_in(&token.text()[at..], span.start + at as u32));
+                    }
+                    if let Some(at) = leaves::open_comment(token.text()) {
+                        lost = Some(span.start + at as u32);
+                    }
+                }
+                SyntaxKind::BadString => swallowed.extend(brackets::brackets_in(token.text(), span.start)),
+                SyntaxKind::BlockComment if leaves::open_comment(token.text()).is_some() => lost = Some(span.start),
+                _ => {}
+            }
+        }
+        let lost = lost.map(|offset| source.slice(Span::new(0, offset)).trim_end().len() as u32);
+        let swallowed_brace = swallowed.iter().find(|(_, sign)| *sign == '{').map(|(at, _)| *at);
+        Finder { swallowed_brace, source, found: Vec::new(), bad, merged: BTreeSet::new(), swallowed, lost, missing_at: None }
+    }
+
+    fn file(&self) -> FileId {
+        self.source.id
+    }
+
+    fn text(&self, span: Span) -> &'a str {
+        self.source.slice(span)
+    }
+
+    fn push(&mut self, diagnostic: Diagnostic) {
+        self.found.push((false, diagnostic));
+    }
+
+    /// Reports what is the cause where several findings share a line.
+    fn push_urgent(&mut self, diagnostic: Diagnostic) {
+        self.found.push((true, diagnostic));
+    }
+
+    fn error(&self, code: &'static str, message: impl Into<String>, span: Span, label: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(code, message).primary(self.file(), span, label)
+    }
+
+    fn nested(&mut self, span: Span, limit: u32) {
+        let message = format!("nesting is deeper than {limit} levels");
+        let found = self.error("E0122", message, span, "one level too many");
+        self.push_urgent(found.help("split it: prefabs for nodes, `let` for values"));
+    }
+
+    fn finish(mut self) -> Vec<Diagnostic> {
+        let place = |found: &Diagnostic| found.place().map_or(0, |(_, span)| span.start);
+        self.found.sort_by_key(|(urgent, found)| (self.source.line_index(place(found)), !urgent, place(found)));
+        self.found.dedup_by_key(|(_, found)| self.source.line_index(place(found)));
+        self.found.into_iter().map(|(_, found)| found).collect()
+    }
+
+    fn token(&mut self, token: &SyntaxToken) {
+        match token.kind() {
+            SyntaxKind::BlockComment => self.block_comment(token),
+            SyntaxKind::String => self.string(token),
+            SyntaxKind::Color => self.color(token),
+            SyntaxKind::BadUnit => self.bad_unit(token),
+            SyntaxKind::BadString => self.bad_string(token_span(token)),
+            SyntaxKind::BadName => self.keyword_as_name(token_span(token)),
+            SyntaxKind::ExtraComma => self.extra_comma(token_span(token)),
+            SyntaxKind::StrayClose => self.stray_close(token),
+            SyntaxKind::BadItem | SyntaxKind::BadElem => {
+                let span = token_span(token);
+                if let Some(at) = leaves::open_comment(token.text()) {
+                    self.open_comment(span.start + at as u32);
+                }
+                if !self.merged.contains(&span.start) && !self.runs_on(token) {
+                    self.bad_with(Bad { span, is_elem: token.kind() == SyntaxKind::BadElem }, None);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn node(&mut self, node: &SyntaxNode) {
+        match node.kind() {
+            SyntaxKind::Missing => self.missing(node),
+            SyntaxKind::Unclosed => self.unclosed(node),
+            SyntaxKind::NoComma => self.no_comma(node),
+            SyntaxKind::EqProperty => self.eq_property(node),
+            SyntaxKind::Expr | SyntaxKind::Named => self.chain(node),
+            SyntaxKind::Args => self.argument_order(node),
+            SyntaxKind::Ty => self.angles(node),
+            SyntaxKind::Field => self.number_point(node),
+            SyntaxKind::List => self.comprehension(node),
+            SyntaxKind::File | SyntaxKind::Block => self.separators(node),
+            SyntaxKind::OneValue => self.after_value(node),
+            _ => {}
+        }
+        match node.kind() {
+            SyntaxKind::Block => self.orphan(node),
+            SyntaxKind::Node => self.else_if(node),
+            _ => {}
+        }
+    }
+
+    /// Whether an error at the offset only says that the text was cut off there.
+    fn is_lost(&self, offset: u32) -> bool {
+        self.lost.is_some_and(|lost| offset >= lost)
+    }
+
+    /// Unread text that follows on the same line, behind spaces only.
+    fn bad_after(&self, offset: u32) -> Option<Bad> {
+        let line = self.source.line_span(self.source.line_index(offset));
+        let rest = self.text(Span::new(offset, line.end));
+        let start = offset + (rest.len() - rest.trim_start_matches([' ', '\t']).len()) as u32;
+        self.bad.get(&start).copied()
+    }
+}
+
+/// The nearest element before this node that means something.
+fn before(node: &SyntaxNode) -> Option<SyntaxElement> {
+    let mut at = node.prev_sibling_or_token();
+    while let Some(element) = at {
+        if !element.kind().is_trivia() {
+            return Some(element);
+        }
+        at = element.prev_sibling_or_token();
+    }
+    None
+}
+
+/// A piece of the text for a message: one line, cut where it is long.
+fn excerpt(text: &str) -> String {
+    let text = text.trim();
+    let line = text.lines().next().unwrap_or_default().trim_end();
+    let short: String = line.chars().take(40).collect();
+    match short.len() < text.len() {
+        true => format!("{}...", short.trim_end()),
+        false => short,
+    }
+}

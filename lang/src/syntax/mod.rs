@@ -1,0 +1,19 @@
+//! Text to tree, and tree to the shapes that the evaluator reads.
+//!
+//! [`parse`] never fails: whatever the text, there is a [`Tree`] whose leaves joined are the text, and the mistakes in it
+//! are a list beside it.
+
+pub mod ast;
+mod errors;
+mod expr;
+mod grammar;
+mod kind;
+mod lower;
+mod parse;
+mod scan;
+mod text;
+mod tree;
+
+pub use kind::{Kinora, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
+pub use scan::MAX_NESTING;
+pub use tree::{Tree, parse, parse_value};

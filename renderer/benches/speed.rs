@@ -1,0 +1,103 @@
+//! Samples a second of the fixed scenes that performance is judged by: `cargo bench -p kinora-renderer [-- gpu]`.
+//! Prints a table in Markdown; `docs/performance.md` keeps it.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{DAffine3, DVec3, Vec3};
+use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
+use kinora_renderer::{Choice, Renderer, open};
+use kinora_scene::{Color, Emission, Material, Mesh, Shape, Sky, Still, World};
+
+/// The classic Cornell box (Goral et al. 1984; the measured data of 1998), in units of 100 mm as everywhere else.
+fn cornell() -> World {
+    let mut w = world([512, 512], 16, view(DVec3::new(2.78, 2.73, -8.0), DVec3::new(2.78, 2.73, 0.0), 0.686));
+    w.render.max_bounces = 7;
+    let white = || Material::Diffuse { color: Color::new(0.725, 0.71, 0.68), roughness: 0.0 };
+    let red = Material::Diffuse { color: Color::new(0.63, 0.065, 0.05), roughness: 0.0 };
+    let green = Material::Diffuse { color: Color::new(0.14, 0.45, 0.091), roughness: 0.0 };
+    let (half, side) = (2.78, 5.56);
+    let place = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
+    add(&mut w, quad(DVec3::Y, side, side), place(half, 0.0, half), white());
+    add(&mut w, quad(DVec3::NEG_Y, side, side), place(half, side, half), white());
+    add(&mut w, quad(DVec3::NEG_Z, side, side), place(half, half, side), white());
+    add(&mut w, quad(DVec3::NEG_X, side, side), place(side, half, half), red);
+    add(&mut w, quad(DVec3::X, side, side), place(0.0, half, half), green);
+    let block = |x, y, z, turn| place(x, y, z) * DAffine3::from_rotation_y(turn);
+    let sized = |y| Shape::Box { size_m: DVec3::new(1.65, y, 1.65) };
+    add(&mut w, sized(1.65), block(1.86, 0.825, 1.69, -0.29), white());
+    add(&mut w, sized(3.3), block(3.68, 1.65, 3.51, 0.31), white());
+    let lamp =
+        Material::Emitter { color: Color::new(17.0, 12.0, 4.0), emission: Emission::Radiance(1.0), two_sided: false };
+    add(&mut w, quad(DVec3::NEG_Y, 1.3, 1.05), place(2.78, 5.487, 2.795), lamp);
+    w
+}
+
+/// A bumpy ball of a million triangles under a sky and a lamp.
+fn million() -> World {
+    let mut w = world([512, 512], 16, view(DVec3::new(0.0, 1.0, 4.0), DVec3::ZERO, 0.7));
+    w.render.max_bounces = 7;
+    w.sky = Some(Sky::<Still> { color: Color::new(0.6, 0.75, 1.0), strength: 0.5, visible: true });
+    let (rows, columns) = (500_u32, 1000_u32);
+    let mut mesh = Mesh::default();
+    for i in 0..=rows {
+        for j in 0..=columns {
+            let theta = std::f32::consts::PI * i as f32 / rows as f32;
+            let phi = std::f32::consts::TAU * j as f32 / columns as f32;
+            let d = Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
+            mesh.positions.push(d * (1.0 + 0.05 * (20.0 * d.x).sin() * (23.0 * d.y).sin() * (17.0 * d.z).sin()));
+        }
+    }
+    for i in 0..rows {
+        for j in 0..columns {
+            let a = i * (columns + 1) + j;
+            let b = a + columns + 1;
+            mesh.triangles.extend([[a, a + 1, b], [a + 1, b + 1, b]]);
+        }
+    }
+    add(&mut w, Shape::Mesh(Arc::new(mesh)), DAffine3::IDENTITY, diffuse(0.7, 0.0));
+    add(&mut w, quad(DVec3::Y, 20.0, 20.0), DAffine3::from_translation(DVec3::NEG_Y), diffuse(0.5, 0.0));
+    let lamp = emitter(Emission::Radiance(20.0));
+    add(&mut w, quad(DVec3::NEG_Y, 1.0, 1.0), DAffine3::from_translation(DVec3::new(1.0, 3.0, 1.0)), lamp);
+    w
+}
+
+/// Every material at once: the case with most branches.
+fn materials() -> World {
+    let mut w = cornell();
+    let glass =
+        Material::Dielectric { ior: 1.5, attenuation_color: Color::new(0.9, 0.8, 0.6), attenuation_distance_m: 1.0 };
+    let metal = Material::Metal { color: Color::new(1.0, 0.8, 0.4), edge_tint: Color::ONE, roughness: 0.3 };
+    let ball = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
+    add(&mut w, Shape::Sphere { radius_m: 0.8 }, ball(1.8, 2.5, 1.7), glass);
+    add(&mut w, Shape::Sphere { radius_m: 0.6 }, ball(4.2, 0.6, 1.2), metal);
+    add(&mut w, Shape::Sphere { radius_m: 0.5 }, ball(0.7, 0.5, 0.8), diffuse(0.8, 1.0));
+    w
+}
+
+fn main() {
+    let gpu = std::env::args().any(|arg| arg == "gpu");
+    let choice = if gpu { Choice::Gpu } else { Choice::Cpu };
+    let mut renderer = Renderer::new(open(choice, 0).expect("the backend opens"));
+    println!("| scene, {} | build s | Msamples/s | Mrays/s |", renderer.backend().device());
+    println!("| --- | --- | --- | --- |");
+    for (name, world) in [("Cornell box", cornell()), ("1M triangles", million()), ("all materials", materials())] {
+        let mut film = renderer.load(&world).expect("the scene packs");
+        // The first pass warms caches and, on a GPU, compiles.
+        renderer.trace_pass(&mut film, 16, &()).expect("traces");
+        let mut best = (f64::INFINITY, 0);
+        for _ in 0..3 {
+            let mut film = renderer.load(&world).expect("the scene packs");
+            let start = Instant::now();
+            renderer.trace_pass(&mut film, 16, &()).expect("traces");
+            let seconds = start.elapsed().as_secs_f64();
+            if seconds < best.0 {
+                best = (seconds, film.rays());
+            }
+        }
+        let (seconds, rays) = best;
+        let samples = 512.0 * 512.0 * 16.0;
+        let build = renderer.build_time().as_secs_f64();
+        println!("| {name} | {build:.2} | {:.2} | {:.1} |", samples / seconds * 1e-6, rays as f64 / seconds * 1e-6);
+    }
+}

@@ -1,0 +1,44 @@
+//! Joins the shaders, checks them with naga and writes them twice: as one WGSL text and as Rust.
+
+use std::{env, fs, path::Path};
+
+use kinora_translate::{Options, translate, validate};
+
+/// In the order of reading; WGSL itself does not mind.
+const SHADERS: &[&str] = &[
+    "math.wgsl",
+    "scene.wgsl",
+    "sampler.wgsl",
+    "intersect.wgsl",
+    "bvh.wgsl",
+    "surface.wgsl",
+    "bsdf/bsdf.wgsl",
+    "bsdf/diffuse.wgsl",
+    "bsdf/metal.wgsl",
+    "bsdf/dielectric.wgsl",
+    "light.wgsl",
+    "camera.wgsl",
+    "path.wgsl",
+    "entry/render.wgsl",
+];
+
+fn main() {
+    println!("cargo::rerun-if-changed=shaders");
+    println!("cargo::rerun-if-changed=build.rs");
+    let mut joined = String::new();
+    for name in SHADERS {
+        let text = fs::read_to_string(Path::new("shaders").join(name))
+            .unwrap_or_else(|error| panic!("cannot read shaders/{name}: {error}"));
+        joined += &format!("// --- {name}\n{text}\n");
+    }
+    let out = env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
+    let out = Path::new(&out);
+    fs::write(out.join("kernel.wgsl"), &joined).expect("cannot write kernel.wgsl");
+    if let Err(error) = validate(&joined) {
+        panic!("the shaders are not valid: see {}\n{error}", out.join("kernel.wgsl").display());
+    }
+    let options =
+        Options { struct_name: "Kernel", native: &["bvh_walk", "bvh_closest", "bvh_any"], native_path: "crate::query" };
+    let output = translate(&joined, &options).unwrap_or_else(|error| panic!("cannot translate the shaders: {error}"));
+    fs::write(out.join("kernel.rs"), output.rust).expect("cannot write kernel.rs");
+}

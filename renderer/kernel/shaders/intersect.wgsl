@@ -1,0 +1,122 @@
+// Rays against primitives. The BVH walks call these on both backends, so a hit is decided once.
+
+struct Hit {
+    /// Distance along the ray; FAR where nothing was hit.
+    t: f32,
+    /// Primitive, or PLANE_BIT | shape, or NONE.
+    id: u32,
+    /// Barycentric weights of a triangle's second and third corner.
+    barycentric: vec2<f32>,
+}
+
+fn no_hit() -> Hit {
+    return Hit(FAR, NONE, vec2<f32>(0.0));
+}
+
+// Watertight: the sign of an edge depends on the edge alone, not on the triangle (Plücker form as in Embree's robust
+// mode; Davidovič et al., "Extending Visibility", 2012), and an edge belongs to both its triangles. `d` has unit length.
+fn hit_triangle(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> Hit {
+    let x = vec4<f32>(triangles[id].x.xyz, 0.0) - vec4<f32>(o.x);
+    let y = vec4<f32>(triangles[id].y.xyz, 0.0) - vec4<f32>(o.y);
+    let z = vec4<f32>(triangles[id].z.xyz, 0.0) - vec4<f32>(o.z);
+    let x1 = x.yzxw;
+    let y1 = y.yzxw;
+    let z1 = z.yzxw;
+    // Lane i: the edge from corner i to corner i + 1, and twice its midpoint.
+    let ex = x1 - x;
+    let ey = y1 - y;
+    let ez = z1 - z;
+    let sx = x1 + x;
+    let sy = y1 + y;
+    let sz = z1 + z;
+    let w = (ey * sz - ez * sy) * d.x + (ez * sx - ex * sz) * d.y + (ex * sy - ey * sx) * d.z;
+    let low = min(w.x, min(w.y, w.z));
+    let high = max(w.x, max(w.y, w.z));
+    let det = w.x + w.y + w.z;
+    if (low < 0.0 && high > 0.0) || det == 0.0 {
+        return no_hit();
+    }
+    // Lane i weighs the corner opposite to its edge: i + 2.
+    let along = x * d.x + y * d.y + z * d.z;
+    let inv_det = 1.0 / det;
+    let t = (w.y * along.x + w.z * along.y + w.x * along.z) * inv_det;
+    if !(t > 0.0 && t < t_max) {
+        return no_hit();
+    }
+    return Hit(t, id, vec2<f32>(w.z, w.x) * inv_det);
+}
+
+// The robust quadratic of Haines et al., Ray Tracing Gems ch. 7, on the unit sphere of the shape's own space, whose rays
+// are not of unit length. A ray that starts on the sphere meets it once more if it goes inside, else never.
+fn hit_sphere(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, starts_on: bool) -> Hit {
+    let shape = triangles[id].shade.w;
+    let f = object_point(shape, o);
+    let v = object_vector(shape, d);
+    let a = dot(v, v);
+    let b = -dot(f, v);
+    let nearest = f + (b / a) * v;
+    let discriminant = 1.0 - dot(nearest, nearest);
+    if discriminant < 0.0 {
+        return no_hit();
+    }
+    let root = sqrt(a * discriminant);
+    let q = b + select(root, -root, b < 0.0);
+    let c = dot(f, f) - 1.0;
+    var near = c / q;
+    var far = q / a;
+    if near > far {
+        let swap = near;
+        near = far;
+        far = swap;
+    }
+    let t = select(far, near, near > 0.0 && !starts_on);
+    if !(t > 0.0 && t < t_max) || (starts_on && b <= 0.0) {
+        return no_hit();
+    }
+    return Hit(t, id, vec2<f32>(0.0));
+}
+
+/// Primitive `id` of the BVH against the ray from `o` along `d`, a unit vector, in 0 < t < t_max. `start` is the
+/// primitive on which the ray starts, or NONE: what is flat cannot be met again, however the hit would be rounded.
+fn hit_primitive(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> Hit {
+    if triangles[id].z.w == PRIMITIVE_SPHERE {
+        return hit_sphere(id, o, d, t_max, id == start);
+    }
+    if id == start {
+        return no_hit();
+    }
+    return hit_triangle(id, o, d, t_max);
+}
+
+// Plane `shape`: z = 0 in its own space.
+fn hit_plane(shape: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> f32 {
+    let height = dot(shapes[shape].object_from_world_z, vec4<f32>(o, 1.0));
+    let fall = dot(shapes[shape].object_from_world_z.xyz, d);
+    if fall == 0.0 {
+        return FAR;
+    }
+    let t = -height / fall;
+    return select(FAR, t, t > 0.0 && t < t_max);
+}
+
+/// The nearest hit of the ray from `o` on primitive `start` (or NONE) along `d`, a unit vector.
+fn closest_hit(o: vec3<f32>, d: vec3<f32>, start: u32) -> Hit {
+    var hit = bvh_closest(o, d, FAR, start);
+    for (var shape = 0u; shape < params.plane_count; shape++) {
+        let t = hit_plane(shape, o, d, hit.t);
+        if t < hit.t && (PLANE_BIT | shape) != start {
+            hit = Hit(t, PLANE_BIT | shape, vec2<f32>(0.0));
+        }
+    }
+    return hit;
+}
+
+/// Whether anything lies in 0 < t < t_max of the ray from `o` on primitive `start` (or NONE) along `d`, a unit vector.
+fn any_hit(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> bool {
+    for (var shape = 0u; shape < params.plane_count; shape++) {
+        if hit_plane(shape, o, d, t_max) < t_max && (PLANE_BIT | shape) != start {
+            return true;
+        }
+    }
+    return bvh_any(o, d, t_max, start);
+}

@@ -1,0 +1,143 @@
+// The scene as both backends read it: layouts, and the only bindings outside entry/. The Rust twins of these structures
+// are generated from here, so a layout is written once.
+
+/// What a primitive of the BVH is (`Triangle::z.w`).
+const PRIMITIVE_TRIANGLE: f32 = 0.0;
+const PRIMITIVE_SPHERE: f32 = 1.0;
+
+/// `Material::kind.x`.
+const MATERIAL_DIFFUSE: u32 = 0u;
+const MATERIAL_METAL: u32 = 1u;
+const MATERIAL_DIELECTRIC: u32 = 2u;
+const MATERIAL_EMITTER: u32 = 3u;
+
+/// `Light::kind.x`.
+const LIGHT_TRIANGLE: u32 = 0u;
+const LIGHT_PARALLELOGRAM: u32 = 1u;
+const LIGHT_SPHERE: u32 = 2u;
+const LIGHT_ELLIPSOID: u32 = 3u;
+
+/// No hit, no light.
+const NONE: u32 = 0xffffffffu;
+/// Set in `Hit::id` where an infinite plane was hit; the rest is the shape's index.
+const PLANE_BIT: u32 = 0x80000000u;
+
+/// Intervals of the filter's inverse distribution function in `tables`, which has one entry more.
+const FILTER_CELLS: u32 = 256u;
+
+/// What holds for the whole picture.
+struct Params {
+    /// Columns of the camera's rotation; w unused.
+    camera_x: vec4<f32>,
+    camera_y: vec4<f32>,
+    camera_z: vec4<f32>,
+    /// The eye in the world; w: lens radius in metres.
+    camera_eye: vec4<f32>,
+    /// Half extents of the image plane at distance 1, then the distance to the plane in focus.
+    camera_film: vec4<f32>,
+    /// Radiance; w: 1 if the camera sees it, else 0.
+    sky: vec4<f32>,
+    /// Width and height in pixels.
+    resolution: vec2<u32>,
+    seed: u32,
+    sampler: u32,
+    max_bounces: u32,
+    roulette_from: u32,
+    light_count: u32,
+    /// Planes are the first so many of `shapes`.
+    plane_count: u32,
+    primitive_count: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
+}
+
+/// A primitive of the BVH, in its leaf order. A triangle: the coordinates of its corners, a lane each, so that the three
+/// edges are tested at once. A sphere: its shape's unit sphere.
+struct Triangle {
+    /// x of the corners; w: index in its shape, low 16 bits, as a number.
+    x: vec4<f32>,
+    /// y of the corners; w: index in its shape, high bits, as a number.
+    y: vec4<f32>,
+    /// z of the corners; w: PRIMITIVE_….
+    z: vec4<f32>,
+    /// Octahedral normals of the corners, or 0s for a flat triangle; w: shape.
+    shade: vec4<u32>,
+}
+
+/// One instance of a shape.
+struct Shape {
+    /// Rows of the affine map from the world to the shape's unit sphere or plane z = 0; unused by meshes.
+    object_from_world_x: vec4<f32>,
+    object_from_world_y: vec4<f32>,
+    object_from_world_z: vec4<f32>,
+    /// Rows of the inverse.
+    world_from_object_x: vec4<f32>,
+    world_from_object_y: vec4<f32>,
+    world_from_object_z: vec4<f32>,
+    /// Emitted radiance; w: 1 if both sides emit, else 0.
+    emission: vec4<f32>,
+    /// Material, first light or NONE, log2 of the primitives a light, node.
+    index: vec4<u32>,
+}
+
+struct Material {
+    /// diffuse, metal: reflectance; w: roughness (diffuse) or α (metal).
+    color: vec4<f32>,
+    /// metal: the Lazányi term a of F82-tint; dielectric: absorption a metre; w: ior.
+    extra: vec4<f32>,
+    /// MATERIAL_….
+    kind: vec4<u32>,
+}
+
+struct Light {
+    /// A corner, or the centre; w: sum of the chances of all lights before it (2 for those after the last with any).
+    origin: vec4<f32>,
+    /// An edge; sphere: radius in x; w: chance to be chosen.
+    edge_u: vec4<f32>,
+    /// The other edge; w: area in m².
+    edge_v: vec4<f32>,
+    /// LIGHT_…, shape.
+    kind: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> triangles: array<Triangle>;
+@group(0) @binding(3) var<storage, read> shapes: array<Shape>;
+@group(0) @binding(4) var<storage, read> materials: array<Material>;
+@group(0) @binding(5) var<storage, read> lights: array<Light>;
+@group(0) @binding(6) var<storage, read> tables: array<f32>;
+
+fn object_point(shape: u32, p: vec3<f32>) -> vec3<f32> {
+    let q = vec4<f32>(p, 1.0);
+    return vec3<f32>(
+        dot(shapes[shape].object_from_world_x, q),
+        dot(shapes[shape].object_from_world_y, q),
+        dot(shapes[shape].object_from_world_z, q),
+    );
+}
+
+fn object_vector(shape: u32, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        dot(shapes[shape].object_from_world_x.xyz, v),
+        dot(shapes[shape].object_from_world_y.xyz, v),
+        dot(shapes[shape].object_from_world_z.xyz, v),
+    );
+}
+
+fn world_point(shape: u32, p: vec3<f32>) -> vec3<f32> {
+    let q = vec4<f32>(p, 1.0);
+    return vec3<f32>(
+        dot(shapes[shape].world_from_object_x, q),
+        dot(shapes[shape].world_from_object_y, q),
+        dot(shapes[shape].world_from_object_z, q),
+    );
+}
+
+/// A normal of the object in the world: by the inverse transposed. Not normalised.
+fn world_normal(shape: u32, n: vec3<f32>) -> vec3<f32> {
+    return n.x * shapes[shape].object_from_world_x.xyz
+        + n.y * shapes[shape].object_from_world_y.xyz
+        + n.z * shapes[shape].object_from_world_z.xyz;
+}

@@ -1,0 +1,109 @@
+// The surface at a hit.
+
+struct Surface {
+    p: vec3<f32>,
+    /// Geometric normal, outwards.
+    ng: vec3<f32>,
+    /// Shading normal, on the side of `ng`.
+    ns: vec3<f32>,
+    shape: u32,
+    /// Index of the primitive in its shape.
+    primitive: u32,
+}
+
+/// Octahedral normal from two 16-bit signed fractions (Cigolle et al., JCGT 3(2), 2014).
+fn decode_normal(packed: u32) -> vec3<f32> {
+    let e = unpack2x16snorm(packed);
+    var n = vec3<f32>(e, 1.0 - abs(e.x) - abs(e.y));
+    let fold = max(-n.z, 0.0);
+    n.x += select(fold, -fold, n.x >= 0.0);
+    n.y += select(fold, -fold, n.y >= 0.0);
+    return normalize(n);
+}
+
+fn surface_of_triangle(hit: Hit) -> Surface {
+    let x = triangles[hit.id].x;
+    let y = triangles[hit.id].y;
+    let z = triangles[hit.id].z;
+    let shade = triangles[hit.id].shade;
+    let a = vec3<f32>(x.x, y.x, z.x);
+    let b = vec3<f32>(x.y, y.y, z.y);
+    let c = vec3<f32>(x.z, y.z, z.z);
+    let w = vec3<f32>(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
+    let ng = normalize(cross(b - a, c - a));
+    var ns = ng;
+    if (shade.x | shade.y | shade.z) != 0u {
+        let n = w.x * decode_normal(shade.x) + w.y * decode_normal(shade.y) + w.z * decode_normal(shade.z);
+        let length_2 = dot(n, n);
+        if length_2 > 1e-8 {
+            ns = n / sqrt(length_2);
+            ns = select(ns, -ns, dot(ns, ng) < 0.0);
+        }
+    }
+    return Surface(w.x * a + w.y * b + w.z * c, ng, ns, shade.w, u32(x.w) | (u32(y.w) << 16u));
+}
+
+fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
+    let shape = triangles[hit.id].shade.w;
+    let p = normalize(object_point(shape, o) + hit.t * object_vector(shape, d));
+    let n = normalize(world_normal(shape, p));
+    return Surface(world_point(shape, p), n, n, shape, 0u);
+}
+
+fn surface_of_plane(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
+    let shape = hit.id & ~PLANE_BIT;
+    let p = object_point(shape, o + hit.t * d);
+    let n = normalize(world_normal(shape, vec3<f32>(0.0, 0.0, 1.0)));
+    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, shape, 0u);
+}
+
+/// The surface where the ray from `o` along `d` was hit.
+fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
+    if (hit.id & PLANE_BIT) != 0u {
+        return surface_of_plane(hit, o, d);
+    }
+    if triangles[hit.id].z.w == PRIMITIVE_SPHERE {
+        return surface_of_sphere(hit, o, d);
+    }
+    return surface_of_triangle(hit);
+}
+
+fn offset_component(p: f32, n: f32) -> f32 {
+    if abs(p) < 0.03125 {
+        return p + n * 1.52587890625e-5;
+    }
+    let ulps = i32(256.0 * n);
+    return bitcast<f32>(bitcast<i32>(p) + select(ulps, -ulps, p < 0.0));
+}
+
+/// `p` moved off its surface to the side that `n` points to, by so much that a ray from there does not hit it again
+/// (Wächter and Binder, Ray Tracing Gems ch. 6).
+fn offset_point(p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(offset_component(p.x, n.x), offset_component(p.y, n.y), offset_component(p.z, n.z));
+}
+
+/// Axes x, y, n of a right-handed frame about the unit vector n (Duff et al., JCGT 6(1), 2017).
+struct Frame {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    z: vec3<f32>,
+}
+
+fn frame_about(n: vec3<f32>) -> Frame {
+    let s = select(1.0, -1.0, n.z < 0.0);
+    let a = -1.0 / (s + n.z);
+    let b = n.x * n.y * a;
+    return Frame(
+        vec3<f32>(1.0 + s * n.x * n.x * a, s * b, -s * n.x),
+        vec3<f32>(b, s + n.y * n.y * a, -n.y),
+        n,
+    );
+}
+
+fn to_local(frame: Frame, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(frame.x, v), dot(frame.y, v), dot(frame.z, v));
+}
+
+fn from_local(frame: Frame, v: vec3<f32>) -> vec3<f32> {
+    return frame.x * v.x + frame.y * v.y + frame.z * v.z;
+}

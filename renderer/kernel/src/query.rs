@@ -1,0 +1,67 @@
+//! The two ray queries on the CPU: the twins of `bvh_closest` and `bvh_any` in `shaders/bvh.wgsl`. Nodes are tested by
+//! obvhs' SIMD code, primitives by the translated `hit_primitive`.
+
+use glam::{Vec3, Vec3A};
+use obvhs::{
+    cwbvh::CwBvh,
+    ray::{Ray, RayHit},
+};
+
+use crate::generated::{FAR, Hit, Kernel, NONE};
+
+/// obvhs ignores boxes that a ray leaves before t = 1e-4. Its node tests get distances in units so small that this is
+/// less than an atom for scenes in metres; a power of two, so that scaling is exact.
+const NODE_UNITS: f32 = (1u32 << 20) as f32;
+
+/// What the queries need beside the arrays.
+#[derive(Clone, Copy, Debug)]
+pub struct Native<'a> {
+    bvh: &'a CwBvh,
+}
+
+impl<'a> Native<'a> {
+    /// Queries over this tree.
+    pub fn new(bvh: &'a CwBvh) -> Self {
+        Self { bvh }
+    }
+}
+
+fn safe_inverse(d: f32) -> f32 {
+    NODE_UNITS / if d.abs() < 1e-20 { 1e-20_f32.copysign(d) } else { d }
+}
+
+fn node_ray(o: Vec3, d: Vec3, t_max: f32) -> Ray {
+    Ray {
+        origin: o.into(),
+        direction: d.into(),
+        inv_direction: Vec3A::new(safe_inverse(d.x), safe_inverse(d.y), safe_inverse(d.z)),
+        tmin: 0.0,
+        tmax: (t_max * NODE_UNITS).min(f32::MAX),
+    }
+}
+
+/// The nearest primitive in 0 < t < t_max of a ray that starts on primitive `start`, or NONE.
+#[inline]
+pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
+    let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
+    kernel.native.bvh.ray_traverse(node_ray(o, d, t_max), &mut RayHit::none(), |_, id| {
+        let hit = kernel.hit_primitive(id as u32, o, d, best.t, start);
+        if hit.id == NONE {
+            return f32::INFINITY;
+        }
+        best = hit;
+        hit.t * NODE_UNITS
+    });
+    if best.id == NONE {
+        best.t = FAR;
+    }
+    best
+}
+
+/// Whether a primitive lies in 0 < t < t_max of a ray that starts on primitive `start`, or NONE.
+#[inline]
+pub fn bvh_any(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> bool {
+    !kernel.native.bvh.ray_traverse_miss(node_ray(o, d, t_max), |_, id| {
+        if kernel.hit_primitive(id as u32, o, d, t_max, start).id == NONE { f32::INFINITY } else { 0.0 }
+    })
+}

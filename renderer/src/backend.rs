@@ -1,0 +1,120 @@
+//! What a backend is: something that holds packed arrays and sums samples over them.
+
+use std::{fmt, ops::Range, sync::Arc};
+
+use glam::Vec4;
+use kinora_kernel::Packed;
+
+/// How a caller follows long work, and ends it.
+pub trait Control {
+    /// Called often, from the thread that asked for the work: `done` of the pass, in 0..=1. False ends it.
+    fn keep_going(&self, done: f64) -> bool;
+}
+
+/// Work that nobody watches.
+impl Control for () {
+    fn keep_going(&self, _done: f64) -> bool {
+        true
+    }
+}
+
+impl<F: Fn(f64) -> bool> Control for F {
+    fn keep_going(&self, done: f64) -> bool {
+        self(done)
+    }
+}
+
+/// Traces packed scenes. Two calls with the same arrays and samples give the same bits.
+pub trait Backend: Send {
+    /// `cpu` or `gpu`.
+    fn name(&self) -> &'static str;
+
+    /// The device, in words.
+    fn device(&self) -> String;
+
+    /// Takes the scene that the next passes show.
+    ///
+    /// # Errors
+    /// The scene does not fit, or the device is lost. The scene before it stays.
+    fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError>;
+
+    /// One pass over the uploaded scene: the sum of these samples in their order, one a pixel, w counting rays; `None`
+    /// if `control` ended it.
+    ///
+    /// # Errors
+    /// Nothing was uploaded, or the device is lost.
+    fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError>;
+}
+
+/// Why a backend cannot do its work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BackendError {
+    /// There is no GPU that wgpu can use.
+    NoAdapter,
+    /// An array is larger than the device allows.
+    TooLarge {
+        /// Which array.
+        what: &'static str,
+        /// What it needs.
+        bytes: u64,
+        /// What the device allows.
+        limit: u64,
+        /// The device.
+        adapter: String,
+    },
+    /// The device stopped working, or refused the work.
+    Device(String),
+    /// The threads could not be started.
+    Threads(String),
+    /// `trace` before `upload`.
+    Nothing,
+}
+
+impl fmt::Display for BackendError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BackendError::NoAdapter => write!(f, "no GPU was found; `--backend cpu` needs none"),
+            BackendError::TooLarge { what, bytes, limit, adapter } => {
+                let mib = |b: u64| b as f64 / f64::from(1 << 20);
+                write!(
+                    f,
+                    "the {what} need {:.1} MiB in one buffer, {adapter} allows {:.1} MiB",
+                    mib(*bytes),
+                    mib(*limit)
+                )
+            }
+            BackendError::Device(message) => write!(f, "the GPU stopped working: {message}"),
+            BackendError::Threads(message) => write!(f, "cannot start the threads: {message}"),
+            BackendError::Nothing => write!(f, "there is no scene to trace"),
+        }
+    }
+}
+
+impl std::error::Error for BackendError {}
+
+/// Which backend a caller wants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Choice {
+    /// A hardware GPU if there is one, else the CPU.
+    #[default]
+    Auto,
+    /// Any GPU, also one in software.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+/// Opens a backend; `threads` for the CPU, 0 for one a core.
+///
+/// # Errors
+/// The device is not there or does not start.
+pub fn open(choice: Choice, threads: usize) -> Result<Box<dyn Backend>, BackendError> {
+    match choice {
+        Choice::Cpu => Ok(Box::new(crate::cpu::Cpu::new(threads)?)),
+        Choice::Gpu => Ok(Box::new(crate::gpu::Gpu::any()?)),
+        Choice::Auto => match crate::gpu::Gpu::hardware() {
+            Ok(gpu) => Ok(Box::new(gpu)),
+            Err(_) => Ok(Box::new(crate::cpu::Cpu::new(threads)?)),
+        },
+    }
+}

@@ -1,0 +1,310 @@
+//! Shapes as primitives of the tree, with their boxes and lights.
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec3A, Vec4};
+use kinora_kernel::generated::{
+    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
+};
+use kinora_kernel::{Shape as PackedShape, Triangle};
+use kinora_scene::{Emission, Frame, Instance, Material, Mesh, Shape, Still, World};
+use obvhs::{Boundable, aabb::Aabb};
+
+use super::lights::{Light, light, luminance};
+use super::{NO_LIGHT, PackError, TURN};
+
+/// The box of a primitive.
+#[derive(Clone, Copy)]
+pub struct Bounds(Aabb);
+
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// What `pack` collects, primitives in the order in which they come.
+#[derive(Default)]
+pub struct Geometry {
+    pub triangles: Vec<Triangle>,
+    pub boxes: Vec<Bounds>,
+    pub shapes: Vec<PackedShape>,
+    pub lights: Vec<Light>,
+}
+
+/// Larger coordinates lose more to rounding than any scene can bear, and their squares overflow.
+const MAX_COORDINATE: f64 = 1e15;
+
+impl Geometry {
+    /// Adds one shape with everything that belongs to it.
+    pub fn add(&mut self, instance: &Instance, world: &World) -> Result<(), PackError> {
+        let place = instance.world_from_object;
+        let shape = self.shapes.len() as u32;
+        let first = self.triangles.len();
+        let first_light = self.lights.len() as u32;
+        let mut record = PackedShape::default();
+        let emission = Emitted::of(instance, world);
+        // How many primitives share a light, as a power of two.
+        let mut shift = 0;
+        match &instance.shape {
+            Shape::Sphere { radius_m } => {
+                let place = place * DAffine3::from_scale(DVec3::splat(*radius_m));
+                set_transform(&mut record, place);
+                self.add_sphere(shape, place);
+                if let Some(e) = &emission {
+                    self.lights.push(sphere_light(shape, place, e));
+                }
+            }
+            Shape::Box { size_m } => {
+                for frame in box_faces() {
+                    let place = place * DAffine3::from_translation(frame.z * *size_m * 0.5);
+                    let size = DVec2::new((frame.x * *size_m).length(), (frame.y * *size_m).length());
+                    self.add_quad(shape, first, place, frame, size, emission.as_ref());
+                }
+                shift = 1;
+            }
+            Shape::Quad { frame, size_m } => {
+                self.add_quad(shape, first, place, *frame, *size_m, emission.as_ref());
+                shift = 1;
+            }
+            Shape::Plane { frame } => {
+                set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
+            }
+            Shape::Mesh(mesh) => self.add_mesh(shape, first, place, mesh, emission.as_ref()),
+        }
+        record.emission =
+            emission.as_ref().map_or(Vec4::ZERO, |e| e.radiance.extend(if e.two_sided { 1.0 } else { 0.0 }));
+        let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
+        record.index = UVec4::new(instance.material as u32, first_light, shift, instance.node as u32);
+        self.shapes.push(record);
+
+        let far = |v: Vec3A| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
+        let outside = self.boxes[first..].iter().any(|b| far(b.0.min) || far(b.0.max));
+        let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
+        if outside || matrices.iter().any(|row| !row.is_finite()) {
+            return Err(PackError::Coordinates { node: instance.node });
+        }
+        Ok(())
+    }
+
+    /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
+    pub fn pad_boxes(&mut self) {
+        let reach = self
+            .boxes
+            .iter()
+            .fold(0.0_f32, |reach, b| reach.max(b.0.min.abs().max_element()).max(b.0.max.abs().max_element()));
+        let pad = Vec3A::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
+        for b in &mut self.boxes {
+            b.0.min -= pad;
+            b.0.max += pad;
+        }
+    }
+
+    fn add_sphere(&mut self, shape: u32, place: DAffine3) {
+        let rows = place.matrix3.transpose();
+        let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
+        let centre = place.translation;
+        self.boxes.push(Bounds(Aabb { min: (centre - half).as_vec3a(), max: (centre + half).as_vec3a() }));
+        self.triangles.push(Triangle {
+            z: Vec4::new(0.0, 0.0, 0.0, PRIMITIVE_SPHERE),
+            shade: UVec4::new(0, 0, 0, shape),
+            ..Triangle::default()
+        });
+    }
+
+    // `index`: of the triangle in its shape.
+    fn add_triangle(&mut self, shape: u32, index: usize, corners: [DVec3; 3], normals: [u32; 3]) {
+        let [a, b, c] = corners.map(|p| p.as_vec3());
+        let low = a.min(b).min(c);
+        let high = a.max(b).max(c);
+        self.boxes.push(Bounds(Aabb { min: low.into(), max: high.into() }));
+        self.triangles.push(Triangle {
+            x: Vec4::new(a.x, b.x, c.x, (index & 0xffff) as f32),
+            y: Vec4::new(a.y, b.y, c.y, (index >> 16) as f32),
+            z: Vec4::new(a.z, b.z, c.z, PRIMITIVE_TRIANGLE),
+            shade: UVec4::new(normals[0], normals[1], normals[2], shape),
+        });
+    }
+
+    // A rectangle about the origin of `place`, as two triangles and one light.
+    fn add_quad(
+        &mut self,
+        shape: u32,
+        first: usize,
+        place: DAffine3,
+        frame: Frame,
+        size: DVec2,
+        emission: Option<&Emitted>,
+    ) {
+        let mut u = place.transform_vector3(frame.x * size.x);
+        let mut v = place.transform_vector3(frame.y * size.y);
+        if place.matrix3.determinant() < 0.0 {
+            std::mem::swap(&mut u, &mut v);
+        }
+        let origin = place.translation - (u + v) * 0.5;
+        for corners in [[origin, origin + u, origin + u + v], [origin, origin + u + v, origin + v]] {
+            self.add_triangle(shape, self.triangles.len() - first, corners, [0; 3]);
+        }
+        if let Some(e) = emission {
+            let area = u.cross(v).length();
+            self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * e.power_per_m2()));
+        }
+    }
+
+    fn add_mesh(&mut self, shape: u32, first: usize, place: DAffine3, mesh: &Mesh, emission: Option<&Emitted>) {
+        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
+        let by_normal = normal_matrix(place);
+        let normals: Vec<u32> = mesh
+            .normals
+            .iter()
+            .map(|n| encode_normal((by_normal * n.as_dvec3()).normalize_or_zero().as_vec3()))
+            .collect();
+        let mirrored = place.matrix3.determinant() < 0.0;
+        self.triangles.reserve(mesh.triangles.len());
+        self.boxes.reserve(mesh.triangles.len());
+        for (i, triangle) in mesh.triangles.iter().enumerate() {
+            let [a, b, c] = triangle.map(|v| v as usize);
+            let [a, b, c] = if mirrored { [a, c, b] } else { [a, b, c] };
+            let corners = [positions[a], positions[b], positions[c]];
+            let shade = match normals.as_slice() {
+                [] => [0; 3],
+                n if n[a] == 0 || n[b] == 0 || n[c] == 0 => [0; 3],
+                n => [n[a], n[b], n[c]],
+            };
+            debug_assert_eq!(self.triangles.len() - first, i);
+            self.add_triangle(shape, i, corners, shade);
+            if let Some(e) = emission {
+                let edges = [corners[1] - corners[0], corners[2] - corners[0]];
+                let area = 0.5 * edges[0].cross(edges[1]).length();
+                self.lights.push(light(LIGHT_TRIANGLE, shape, corners[0], edges, area, area * e.power_per_m2()));
+            }
+        }
+    }
+}
+
+/// What an emissive shape sends out.
+struct Emitted {
+    radiance: Vec3,
+    two_sided: bool,
+}
+
+impl Emitted {
+    fn of(instance: &Instance, world: &World) -> Option<Emitted> {
+        let Material::Emitter { color, emission, two_sided } = world.materials.get(instance.material)? else {
+            return None;
+        };
+        let scale = match emission {
+            Emission::Radiance(radiance) => *radiance,
+            Emission::Power(power) => {
+                let sides = if *two_sided { 2.0 } else { 1.0 };
+                power / (std::f64::consts::PI * sides * area_m2(&instance.shape, instance.world_from_object))
+            }
+        };
+        Some(Emitted { radiance: (color.as_dvec3() * scale).as_vec3(), two_sided: *two_sided })
+    }
+
+    fn power_per_m2(&self) -> f64 {
+        luminance(self.radiance) * if self.two_sided { 2.0 } else { 1.0 }
+    }
+}
+
+/// The area in the world; infinite for a plane.
+fn area_m2(shape: &Shape<Still>, place: DAffine3) -> f64 {
+    match shape {
+        Shape::Sphere { radius_m } => ellipsoid_area(place * DAffine3::from_scale(DVec3::splat(*radius_m))),
+        Shape::Box { size_m } => box_faces()
+            .iter()
+            .map(|f| place.transform_vector3(f.x * *size_m).cross(place.transform_vector3(f.y * *size_m)).length())
+            .sum(),
+        Shape::Quad { frame, size_m } => {
+            place.transform_vector3(frame.x * size_m.x).cross(place.transform_vector3(frame.y * size_m.y)).length()
+        }
+        Shape::Plane { .. } => f64::INFINITY,
+        Shape::Mesh(mesh) => mesh
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| place.transform_point3(mesh.positions[v as usize].as_dvec3()));
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum(),
+    }
+}
+
+// |det M| ∫ |M⁻ᵀ n| over the unit sphere: exact for spheres, by the midpoint rule for ellipsoids.
+fn ellipsoid_area(place: DAffine3) -> f64 {
+    let det = place.matrix3.determinant().abs();
+    let by_normal = normal_matrix(place) * det;
+    if let Some(radius) = radius_of(place) {
+        return 2.0 * TURN * radius * radius;
+    }
+    let (rows, columns) = (256, 512);
+    let mut sum = 0.0;
+    for i in 0..rows {
+        let z = -1.0 + 2.0 * (f64::from(i) + 0.5) / f64::from(rows);
+        let r = (1.0 - z * z).sqrt();
+        for j in 0..columns {
+            let phi = TURN * (f64::from(j) + 0.5) / f64::from(columns);
+            sum += (by_normal * DVec3::new(r * phi.cos(), r * phi.sin(), z)).length();
+        }
+    }
+    sum * 2.0 * TURN / f64::from(rows * columns)
+}
+
+// The radius, if the unit sphere stays a sphere.
+fn radius_of(place: DAffine3) -> Option<f64> {
+    let m = place.matrix3;
+    let product = m.transpose() * m;
+    let radius_2 = product.x_axis.x;
+    let difference = product - DMat3::from_diagonal(DVec3::splat(radius_2));
+    let largest = difference.to_cols_array().iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    (largest <= radius_2 * 1e-9).then(|| radius_2.sqrt())
+}
+
+fn sphere_light(shape: u32, place: DAffine3, e: &Emitted) -> Light {
+    let area = ellipsoid_area(place);
+    let power = area * e.power_per_m2();
+    match radius_of(place) {
+        Some(radius) => light(LIGHT_SPHERE, shape, place.translation, [DVec3::X * radius, DVec3::ZERO], area, power),
+        None => {
+            let det = place.matrix3.determinant().abs();
+            light(LIGHT_ELLIPSOID, shape, place.translation, [DVec3::X * det, DVec3::ZERO], area, power)
+        }
+    }
+}
+
+fn normal_matrix(place: DAffine3) -> DMat3 {
+    place.matrix3.inverse().transpose()
+}
+
+fn set_transform(record: &mut PackedShape, place: DAffine3) {
+    let row = |m: &DAffine3, i: usize| {
+        let r = m.matrix3.row(i);
+        Vec4::new(r.x as f32, r.y as f32, r.z as f32, m.translation[i] as f32)
+    };
+    let inverse = place.inverse();
+    record.world_from_object_x = row(&place, 0);
+    record.world_from_object_y = row(&place, 1);
+    record.world_from_object_z = row(&place, 2);
+    record.object_from_world_x = row(&inverse, 0);
+    record.object_from_world_y = row(&inverse, 1);
+    record.object_from_world_z = row(&inverse, 2);
+}
+
+// The six faces of a box: each as a quad with that normal.
+fn box_faces() -> [Frame; 6] {
+    let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    axes.map(|normal| Frame::facing(normal, DVec3::Y).unwrap_or(Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z }))
+}
+
+/// Octahedral, two 16-bit signed fractions (Cigolle et al., JCGT 3(2), 2014). 0 means: no normal, so the direction +z,
+/// whose code that would be, takes the one next to it.
+fn encode_normal(n: Vec3) -> u32 {
+    if n == Vec3::ZERO {
+        return 0;
+    }
+    let n = n / (n.x.abs() + n.y.abs() + n.z.abs()).max(f32::MIN_POSITIVE);
+    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
+    let (x, y) = if n.z >= 0.0 { (n.x, n.y) } else { ((1.0 - n.y.abs()) * sign(n.x), (1.0 - n.x.abs()) * sign(n.y)) };
+    let code = |x: f32| u32::from((x * 32767.0).round() as i16 as u16);
+    let packed = code(x) | code(y) << 16;
+    if packed == 0 { 1 } else { packed }
+}

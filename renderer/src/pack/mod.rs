@@ -1,0 +1,142 @@
+//! `pack`: a [`World`] becomes the flat arrays that the kernel reads.
+//!
+//! Flat shapes are cut into triangles in world space, spheres stay exact, infinite planes stand beside the tree. All
+//! placing is done in f64 and rounded once.
+
+mod filter;
+mod geometry;
+mod lights;
+mod materials;
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec4};
+use kinora_kernel::generated::{NONE, SAMPLER_RANDOM, SAMPLER_SOBOL};
+use kinora_kernel::packed::TooDeep;
+use kinora_kernel::{Packed, Params};
+use kinora_scene::{Sampler, World};
+use obvhs::{BvhBuildParams, cwbvh::CwBvh, cwbvh::builder::build_cwbvh};
+
+use geometry::Geometry;
+
+/// Why a world cannot be traced.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PackError {
+    /// A shape lies so far away, or is so large, that single precision cannot hold it.
+    Coordinates {
+        /// Index into the scene's nodes.
+        node: usize,
+    },
+    /// There are more triangles than the kernel can count.
+    TooMany {
+        /// How many there are.
+        triangles: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// The geometry lies so that its tree is too deep, for example many shapes in the same place.
+    TooDeep {
+        /// Levels of the tree.
+        depth: u32,
+    },
+}
+
+impl std::fmt::Display for PackError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            PackError::Coordinates { .. } => write!(f, "a shape lies outside of what single precision can hold"),
+            PackError::TooMany { triangles, limit } => {
+                write!(f, "there are {triangles} triangles, the limit is {limit}")
+            }
+            PackError::TooDeep { depth } => write!(f, "the tree over the shapes is {depth} levels deep"),
+        }
+    }
+}
+
+impl std::error::Error for PackError {}
+
+/// Primitives of one picture: their indices must fit into the kernel's 31 bits, with room to spare.
+const MAX_PRIMITIVES: usize = 1 << 28;
+
+/// Makes the arrays of `world`.
+///
+/// # Errors
+/// Geometry beyond the limits that [`PackError`] names.
+pub fn pack(world: &World) -> Result<Packed, PackError> {
+    let mut geometry = Geometry::default();
+    // Planes come first: the kernel tests the first `plane_count` shapes one by one.
+    let (planes, others): (Vec<_>, Vec<_>) =
+        world.instances.iter().partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
+    let plane_count = planes.len() as u32;
+    for instance in planes.into_iter().chain(others) {
+        geometry.add(instance, world)?;
+    }
+    if geometry.triangles.len() > MAX_PRIMITIVES {
+        return Err(PackError::TooMany { triangles: geometry.triangles.len(), limit: MAX_PRIMITIVES });
+    }
+    let light_count = lights::choose_by_power(&mut geometry.lights);
+    let primitive_count = geometry.triangles.len() as u32;
+    let bvh = build_tree(&mut geometry);
+    let packed = Packed {
+        params: Params { plane_count, primitive_count, light_count, ..params(world) },
+        bvh,
+        triangles: not_empty(geometry.triangles),
+        shapes: not_empty(geometry.shapes),
+        materials: not_empty(world.materials.iter().map(materials::pack).collect()),
+        lights: not_empty(geometry.lights.into_iter().map(|light| light.packed).collect()),
+        tables: filter::inverse_distribution(world.render.filter, world.render.filter_width),
+    };
+    packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
+    Ok(packed)
+}
+
+fn not_empty<T: Default>(mut items: Vec<T>) -> Vec<T> {
+    if items.is_empty() {
+        items.push(T::default());
+    }
+    items
+}
+
+// Builds the tree and puts the triangles into the order of its leaves.
+fn build_tree(geometry: &mut Geometry) -> CwBvh {
+    if geometry.triangles.is_empty() {
+        return CwBvh::default();
+    }
+    geometry.pad_boxes();
+    let bvh = build_cwbvh(&geometry.boxes, BvhBuildParams::fast_build(), &mut std::time::Duration::default());
+    geometry.triangles = bvh.primitive_indices.iter().map(|&i| geometry.triangles[i as usize]).collect();
+    bvh
+}
+
+fn params(world: &World) -> Params {
+    let view = &world.view;
+    let axes = view.world_from_camera.matrix3;
+    let axis = |v: DVec3| v.as_vec3().extend(0.0);
+    let [width, height] = world.render.resolution;
+    let half_height = (view.fov * 0.5).tan();
+    let half_width = half_height * f64::from(width) / f64::from(height);
+    let sky_seen = world.sky.as_ref().is_none_or(|sky| sky.visible);
+    Params {
+        camera_x: axis(axes.x_axis),
+        camera_y: axis(axes.y_axis),
+        camera_z: axis(axes.z_axis),
+        camera_eye: view.world_from_camera.translation.as_vec3().extend((view.aperture_m * 0.5) as f32),
+        camera_film: Vec4::new(half_width as f32, half_height as f32, view.focus_m as f32, 0.0),
+        sky: world.sky_radiance().extend(if sky_seen { 1.0 } else { 0.0 }),
+        resolution: glam::UVec2::new(width, height),
+        seed: world.render.seed,
+        sampler: match world.render.sampler {
+            Sampler::Sobol => SAMPLER_SOBOL,
+            Sampler::Random => SAMPLER_RANDOM,
+        },
+        max_bounces: world.render.max_bounces,
+        roulette_from: world.render.roulette_from,
+        ..Params::default()
+    }
+}
+
+/// The first light of a shape that has none.
+const NO_LIGHT: u32 = NONE;
+
+/// A full turn, for integrals over the sphere.
+const TURN: f64 = TAU;

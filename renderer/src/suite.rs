@@ -1,0 +1,341 @@
+//! The suite that every backend passes: small worlds with answers known in closed form, and what a [`Backend`] promises.
+//!
+//! A test of a backend is one line: `kinora_renderer::suite::run(|| Box::new(MyBackend::new()))`. A failure is a panic
+//! that names the case; this module is for tests alone.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
+use kinora_scene::{
+    Clock, Color, Emission, Filter, Frame, Instance, Look, Material, Mesh, Render, Shape, Sky, Still, Tonemap, View,
+    World,
+};
+
+use crate::backend::{Backend, BackendError};
+use crate::pack::pack;
+use crate::render::Renderer;
+
+/// Opens a fresh backend.
+pub type Open = dyn Fn() -> Box<dyn Backend>;
+
+/// Runs every case.
+///
+/// # Panics
+/// A case fails.
+pub fn run(open: &Open) {
+    for (name, case) in CASES {
+        println!("suite: {name}");
+        case(open);
+    }
+}
+
+type Case = fn(&Open);
+
+/// Every case by name.
+pub const CASES: &[(&str, Case)] = &[
+    ("trace without a scene is an error", nothing_uploaded),
+    ("the same samples give the same bits", deterministic),
+    ("passes add up to the whole", passes),
+    ("a stopped pass changes nothing", stopping),
+    ("an empty world shows its sky", empty_world),
+    ("diffuse in a white furnace", furnace_diffuse),
+    ("glass in a white furnace", furnace_glass),
+    ("a mirror in a white furnace", furnace_mirror),
+    ("absorption in a glass sphere", absorption),
+    ("a square lamp over a floor", square_lamp),
+    ("a lamp of each shape lights the same floor", lamp_shapes),
+    ("a closed room of emitters", closed_room),
+    ("bounces are counted as the language says", bounces),
+    ("the camera's axes", camera_axes),
+    ("an odd size", odd_size),
+];
+
+/// A camera at `eye` that looks at `target`.
+pub fn view(eye: DVec3, target: DVec3, fov: f64) -> View {
+    let back = (eye - target).normalize();
+    let up = if back.cross(DVec3::Y).length() < 1e-6 { DVec3::NEG_Z } else { DVec3::Y };
+    let right = up.cross(back).normalize();
+    View {
+        world_from_camera: DAffine3::from_cols(right, back.cross(right), back, eye),
+        fov,
+        aperture_m: 0.0,
+        focus_m: (eye - target).length(),
+    }
+}
+
+/// A world with nothing in it.
+pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
+    World {
+        render: Render { resolution: size, samples, filter: Filter::Box, filter_width: 1.0, ..Render::default() },
+        look: Look { exposure: 0.0, tonemap: Tonemap::None },
+        shutter: Clock::default().shutter_of(0),
+        view,
+        instances: Vec::new(),
+        materials: Vec::new(),
+        sky: None,
+    }
+}
+
+/// Adds a shape with a material of its own.
+pub fn add(world: &mut World, shape: Shape<Still>, world_from_object: DAffine3, material: Material<Still>) {
+    world.materials.push(material);
+    let node = world.instances.len();
+    world.instances.push(Instance { node, shape, world_from_object, material: world.materials.len() - 1 });
+}
+
+/// A diffuse material.
+pub fn diffuse(color: f32, roughness: f64) -> Material<Still> {
+    Material::Diffuse { color: Color::splat(color), roughness }
+}
+
+/// A white emitter that shines to its outer side.
+pub fn emitter(emission: Emission<Still>) -> Material<Still> {
+    Material::Emitter { color: Color::ONE, emission, two_sided: false }
+}
+
+/// A quad facing `normal`.
+pub fn quad(normal: DVec3, width_m: f64, height_m: f64) -> Shape<Still> {
+    let frame = Frame::facing(normal, DVec3::Y).expect("a normal has a length");
+    Shape::Quad { frame, size_m: DVec2::new(width_m, height_m) }
+}
+
+fn at(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, y, z))
+}
+
+fn white_sky() -> Option<Sky<Still>> {
+    Some(Sky { color: Color::ONE, strength: 1.0, visible: true })
+}
+
+fn front() -> View {
+    view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.6)
+}
+
+fn trace(open: &Open, world: &World) -> Vec<Vec3> {
+    Renderer::new(open()).render(world, &()).expect("the suite's worlds render").mean()
+}
+
+fn mean(pixels: &[Vec3]) -> f64 {
+    pixels.iter().map(|p| f64::from(p.element_sum()) / 3.0).sum::<f64>() / pixels.len() as f64
+}
+
+fn near(case: &str, got: f64, expected: f64, tolerance: f64) {
+    assert!((got - expected).abs() <= tolerance, "{case}: {got}, expected {expected} ± {tolerance}");
+}
+
+fn nothing_uploaded(open: &Open) {
+    assert_eq!(open().trace(0..1, &()), Err(BackendError::Nothing));
+}
+
+fn some_world() -> World {
+    let mut w = world([40, 24], 40, front());
+    w.sky = Some(Sky { color: Color::new(0.4, 0.6, 1.0), strength: 1.0, visible: true });
+    add(&mut w, Shape::Sphere { radius_m: 0.8 }, at(0.0, 0.0, 0.0), diffuse(0.7, 0.5));
+    add(
+        &mut w,
+        Shape::Plane { frame: Frame::facing(DVec3::Y, DVec3::Y).expect("up") },
+        at(0.0, -0.8, 0.0),
+        diffuse(0.5, 0.0),
+    );
+    add(&mut w, Shape::Sphere { radius_m: 0.2 }, at(1.0, 1.0, 0.5), emitter(Emission::Radiance(8.0)));
+    let metal = Material::Metal { color: Color::new(1.0, 0.8, 0.5), edge_tint: Color::ONE, roughness: 0.3 };
+    add(&mut w, Shape::Box { size_m: DVec3::new(0.4, 0.6, 0.4) }, at(-1.0, -0.5, 0.5), metal);
+    w
+}
+
+fn deterministic(open: &Open) {
+    let w = some_world();
+    assert!(trace(open, &w) == trace(open, &w), "two renders of one world differ");
+    let seeded = World { render: Render { seed: 1, ..w.render.clone() }, ..w.clone() };
+    assert!(trace(open, &w) != trace(open, &seeded), "the seed changes nothing");
+}
+
+fn passes(open: &Open) {
+    let w = some_world();
+    let whole = trace(open, &w);
+    let mut renderer = Renderer::new(open());
+    let mut film = renderer.load(&w).expect("loads");
+    while renderer.trace_pass(&mut film, w.render.samples, &()).expect("traces") {}
+    assert_eq!(film.samples(), w.render.samples);
+    assert!(film.rays() > u64::from(film.samples()) * 40 * 24, "every sample has a ray");
+    assert!(film.mean() == whole, "passes one by one differ from a whole render");
+}
+
+fn stopping(open: &Open) {
+    let w = some_world();
+    let mut renderer = Renderer::new(open());
+    let mut film = renderer.load(&w).expect("loads");
+    assert!(!renderer.trace_pass(&mut film, 40, &|_| false).expect("stops"));
+    assert_eq!(film.samples(), 0);
+    while renderer.trace_pass(&mut film, 40, &()).expect("traces") {}
+    assert!(film.mean() == trace(open, &w), "a stopped pass left a trace");
+}
+
+fn empty_world(open: &Open) {
+    let mut w = world([8, 8], 1, front());
+    assert_eq!(mean(&trace(open, &w)), 0.0);
+    w.sky = white_sky();
+    assert!(trace(open, &w).iter().all(|p| *p == Vec3::ONE));
+    w.sky = w.sky.map(|sky| Sky { visible: false, ..sky });
+    assert_eq!(mean(&trace(open, &w)), 0.0, "a hidden sky is seen");
+}
+
+// A surface that keeps all light cannot be seen in a uniform world.
+fn furnace(open: &Open, case: &str, shape: Shape<Still>, material: Material<Still>, tolerance: f64) {
+    let mut w = world([24, 24], 64, front());
+    w.render.max_bounces = 32;
+    w.sky = white_sky();
+    add(&mut w, shape, at(0.0, 0.0, 0.0), material);
+    let pixels = trace(open, &w);
+    near(case, mean(&pixels), 1.0, tolerance);
+    let worst = pixels.iter().map(|p| (p.x - 1.0).abs()).fold(0.0, f32::max);
+    assert!(worst < 0.3, "{case}: a pixel is off by {worst}");
+}
+
+fn furnace_diffuse(open: &Open) {
+    for roughness in [0.0, 0.3, 1.0] {
+        let case = format!("EON of roughness {roughness}");
+        furnace(open, &case, Shape::Sphere { radius_m: 1.0 }, diffuse(1.0, roughness), 0.003);
+    }
+}
+
+fn furnace_glass(open: &Open) {
+    for ior in [1.0, 1.05, 1.5, 2.4] {
+        let clear =
+            || Material::Dielectric { ior, attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY };
+        furnace(open, &format!("a glass sphere of ior {ior}"), Shape::Sphere { radius_m: 1.0 }, clear(), 0.003);
+        furnace(open, &format!("a glass box of ior {ior}"), Shape::Box { size_m: DVec3::ONE }, clear(), 0.005);
+    }
+}
+
+fn furnace_mirror(open: &Open) {
+    let mirror = Material::Metal { color: Color::ONE, edge_tint: Color::ONE, roughness: 0.0 };
+    furnace(open, "a mirror", Shape::Sphere { radius_m: 1.0 }, mirror, 1e-4);
+}
+
+// Straight through the centre: 0.96² t / (1 − 0.04² t²), t the colour after the diameter.
+fn absorption(open: &Open) {
+    let mut w = world([1, 1], 4096, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.001));
+    w.sky = white_sky();
+    w.render.max_bounces = 64;
+    let glass =
+        Material::Dielectric { ior: 1.5, attenuation_color: Color::new(0.5, 0.25, 1.0), attenuation_distance_m: 1.0 };
+    add(&mut w, Shape::Sphere { radius_m: 1.0 }, at(0.0, 0.0, 0.0), glass);
+    let pixel = trace(open, &w)[0];
+    for (channel, colour) in [(pixel.x, 0.5_f64), (pixel.y, 0.25), (pixel.z, 1.0)] {
+        let t = colour * colour;
+        // What is reflected shows the sky too: 0.04 first, and 0.96² · 0.04 t² / (1 − 0.04² t²) from inside.
+        let expected = (0.96 * 0.96 * t + 0.96 * 0.96 * 0.04 * t * t) / (1.0 - 0.0016 * t * t) + 0.04;
+        near("a glass sphere", f64::from(channel), expected, 0.015);
+    }
+}
+
+// Irradiance / radiance of a unit square, 1 above and parallel, centred.
+const UNIT_SQUARE: f64 = 0.752_274_688_5;
+
+fn lit_floor(lamp: impl FnOnce(&mut World)) -> World {
+    let mut w = world([1, 1], 4096, view(DVec3::new(0.0, 0.5, 0.0), DVec3::ZERO, 0.002));
+    w.render.max_bounces = 1;
+    add(&mut w, quad(DVec3::Y, 4.0, 4.0), at(0.0, 0.0, 0.0), diffuse(0.5, 0.0));
+    lamp(&mut w);
+    w
+}
+
+fn square_lamp(open: &Open) {
+    for (case, emission) in [("radiance", Emission::Radiance(3.0)), ("power", Emission::Power(3.0 * PI))] {
+        let w = lit_floor(|w| add(w, quad(DVec3::NEG_Y, 1.0, 1.0), at(0.0, 1.0, 0.0), emitter(emission)));
+        near(case, mean(&trace(open, &w)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.003);
+    }
+    let away = lit_floor(|w| add(w, quad(DVec3::Y, 1.0, 1.0), at(0.0, 1.0, 0.0), emitter(Emission::Radiance(3.0))));
+    assert_eq!(mean(&trace(open, &away)), 0.0, "a lamp shines to its back");
+}
+
+fn lamp_shapes(open: &Open) {
+    // A sphere of radius R at height d over the floor: π (R / d)².
+    let sphere =
+        lit_floor(|w| add(w, Shape::Sphere { radius_m: 0.5 }, at(0.0, 2.0, 0.0), emitter(Emission::Radiance(4.0))));
+    near("sphere", mean(&trace(open, &sphere)), 0.5 * 4.0 * 0.0625, 0.002);
+    // The same sphere, with its size in the transform, and turned.
+    let place =
+        at(0.0, 2.0, 0.0) * DAffine3::from_quat(DQuat::from_rotation_z(1.0)) * DAffine3::from_scale(DVec3::splat(-0.5));
+    let scaled = lit_floor(|w| add(w, Shape::Sphere { radius_m: 1.0 }, place, emitter(Emission::Power(4.0 * PI * PI))));
+    near("scaled sphere of a power", mean(&trace(open, &scaled)), 0.5 * 4.0 * 0.0625, 0.002);
+    // An ellipsoid shows the floor the solid angle of its outline: an ellipse seen from below, far away.
+    let flat = at(0.0, 100.0, 0.0) * DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.0));
+    let ellipsoid = lit_floor(|w| add(w, Shape::Sphere { radius_m: 1.0 }, flat, emitter(Emission::Radiance(1e4))));
+    near("ellipsoid", mean(&trace(open, &ellipsoid)), 0.5 * 1e4 * 2.0 / (100.0 * 100.0), 0.01);
+    // A box shows its lower face alone.
+    let lamp = Shape::Box { size_m: DVec3::new(1.0, 0.2, 1.0) };
+    let boxed = lit_floor(|w| add(w, lamp, at(0.0, 1.1, 0.0), emitter(Emission::Radiance(3.0))));
+    near("box", mean(&trace(open, &boxed)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.004);
+    // The square again, as two triangles of a mirrored mesh.
+    let mesh = Mesh {
+        positions: [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    for (name, scale) in [("mesh", DVec3::ONE), ("mirrored mesh", DVec3::new(-1.0, 1.0, 1.0))] {
+        let place = at(0.0, 1.0, 0.0) * DAffine3::from_scale(scale);
+        let w = lit_floor(|w| add(w, Shape::Mesh(Arc::new(mesh.clone())), place, emitter(Emission::Radiance(3.0))));
+        near(name, mean(&trace(open, &w)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.004);
+    }
+}
+
+// All walls emit 1 and reflect nothing; a ball inside reflects half of it, whatever its shape.
+fn closed_room(open: &Open) {
+    let mut w = world([16, 16], 64, view(DVec3::new(0.0, 0.0, 1.5), DVec3::ZERO, 0.5));
+    let lit = Material::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true };
+    add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit);
+    add(&mut w, Shape::Sphere { radius_m: 0.9 }, DAffine3::IDENTITY, diffuse(0.5, 0.0));
+    let ball: Vec<Vec3> = trace(open, &w)
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| i % 16 > 4 && i % 16 < 12 && i / 16 > 4 && i / 16 < 12)
+        .map(|(_, p)| *p)
+        .collect();
+    near("a ball in a closed room", mean(&ball), 0.5, 0.004);
+}
+
+fn bounces(open: &Open) {
+    // Under a sky, a floor shows rho once it may scatter, and nothing before.
+    let mut w = world([4, 4], 64, view(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, 0.3));
+    w.sky = white_sky();
+    w.render.roulette_from = 100;
+    add(&mut w, quad(DVec3::Y, 1e3, 1e3), DAffine3::IDENTITY, diffuse(0.5, 0.0));
+    for (max_bounces, expected) in [(0, 0.0), (1, 0.5), (5, 0.5)] {
+        w.render.max_bounces = max_bounces;
+        near(&format!("{max_bounces} bounces"), mean(&trace(open, &w)), expected, 1e-3);
+    }
+    // In a furnace of rho 0.5 that emits by a lamp of the sky's kind: a glass box takes two bounces to look through.
+    let mut w = world([4, 4], 64, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.01));
+    w.sky = white_sky();
+    let air = Material::Dielectric { ior: 1.0, attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY };
+    add(&mut w, Shape::Box { size_m: DVec3::ONE }, DAffine3::IDENTITY, air);
+    for (max_bounces, expected) in [(0, 0.0), (1, 0.0), (2, 1.0)] {
+        w.render.max_bounces = max_bounces;
+        near(&format!("glass, {max_bounces} bounces"), mean(&trace(open, &w)), expected, 1e-3);
+    }
+}
+
+// Pixel (0, 0) is top left; x runs to the right.
+fn camera_axes(open: &Open) {
+    let mut w = world([8, 4], 16, front());
+    for (x, y, color) in [(1.5, 0.75, Color::X), (-1.5, 0.75, Color::Y), (1.5, -0.75, Color::Z)] {
+        let lamp = Material::Emitter { color, emission: Emission::Radiance(1.0), two_sided: false };
+        add(&mut w, quad(DVec3::Z, 3.0, 1.5), at(x, y, 0.0), lamp);
+    }
+    let pixels = trace(open, &w);
+    assert_eq!([pixels[1], pixels[6], pixels[30], pixels[25]], [Vec3::Y, Vec3::X, Vec3::Z, Vec3::ZERO]);
+}
+
+fn odd_size(open: &Open) {
+    for size in [[1, 1], [1, 37], [33, 17]] {
+        let mut w = world(size, 3, front());
+        w.sky = white_sky();
+        let pixels = trace(open, &w);
+        assert_eq!(pixels.len(), (size[0] * size[1]) as usize);
+        assert!(pixels.iter().all(|p| *p == Vec3::ONE), "{size:?} has gaps");
+    }
+    pack(&world([16384, 16384], 1, front())).expect("the largest picture packs");
+}
