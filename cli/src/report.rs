@@ -51,3 +51,25 @@ pub fn counts(errors: usize, warnings: usize) -> String {
         (errors, warnings) => format!("{}, {}", count(errors, "error"), count(warnings, "warning")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_of_the_program_is_no_raw_panic() {
+        let text = internal("index out of bounds, at main.rs:7");
+        for piece in ["E1007", "this is a bug in the tool", "index out of bounds, at main.rs:7", "`kinora info`"] {
+            assert!(text.contains(piece), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_findings() {
+        for (errors, warnings, expected) in
+            [(0, 0, "no mistakes"), (1, 0, "1 error"), (0, 2, "2 warnings"), (3, 1, "3 errors, 1 warning")]
+        {
+            assert_eq!(counts(errors, warnings), expected);
+        }
+    }
+}

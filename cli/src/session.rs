@@ -5,11 +5,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kinora_animator::{Fault, Place, SampleError};
-use kinora_lang::diagnostic::{Diagnostic, Style, render};
-use kinora_lang::files::{self, Files, Folder};
-use kinora_lang::source::{FileId, Source, Span};
-use kinora_lang::{Evaluated, Overrides, Param};
+use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list};
+use kinora_lang::files::{self, FileError, Files, Folder};
+use kinora_lang::source::{FileId, Source, Span, decode};
+use kinora_lang::syntax::ast::{Block, Item};
+use kinora_lang::{Evaluated, Overrides, Param, Tree};
 use kinora_scene::{Scene, Shutter, World};
+
+use crate::{exit, report, terminal};
+
+/// A fault of the program, not of the scene.
+const INTERNAL: &str = "E1007";
 
 /// What the command line changes in a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,5 +48,186 @@ pub struct Loaded {
     /// Every file that was asked for, found or not, the scene itself first. Absolute.
     #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer watches files"))]
     pub dependencies: Vec<PathBuf>,
+    tree: Tree,
     path: PathBuf,
+}
+
+/// Reads, parses and evaluates the scene at `path`.
+///
+/// # Errors
+/// The file itself cannot be read. What is wrong inside it is a finding.
+pub fn load(path: &Path, changes: &Changes) -> Result<Loaded, String> {
+    load_as(FileId::default(), path, changes)
+}
+
+/// As [`load`], with the number that its findings carry.
+pub fn load_as(id: FileId, path: &Path, changes: &Changes) -> Result<Loaded, String> {
+    let (folder, name) = project(path)?;
+    match files::load(&folder, id, &name) {
+        Ok(files::Loaded { source, error }) => Ok(evaluate(source, error, folder, path, changes)),
+        Err(error @ FileError::TooLarge { .. }) => {
+            let source = Source::new(id, name, "");
+            let found = error.diagnostic(id, Span::default());
+            Ok(evaluate(source, Some(found), folder, path, changes))
+        }
+        Err(FileError::Missing { .. }) => Err(format!("there is no file `{}`", path.display())),
+        Err(FileError::Unreadable { reason, .. }) => Err(format!("cannot read `{}`: {reason}", path.display())),
+        Err(error) => Err(error.message()),
+    }
+}
+
+/// As [`load_as`], of a text that is not saved: `path` says where its files are looked for.
+pub fn load_bytes(id: FileId, path: &Path, bytes: &[u8], changes: &Changes) -> Result<Loaded, String> {
+    let (folder, name) = project(path)?;
+    let (source, error) = decode(id, &name, bytes);
+    Ok(evaluate(source, error, folder, path, changes))
+}
+
+fn project(path: &Path) -> Result<(Folder, String), String> {
+    Folder::of(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => format!("there is no file `{}`", path.display()),
+        _ => format!("cannot read `{}`: {error}", path.display()),
+    })
+}
+
+// `error` is what makes the text not worth evaluating.
+fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Path, changes: &Changes) -> Loaded {
+    let tree = kinora_lang::parse(&source);
+    let Changes { params, sets, camera, .. } = changes.clone();
+    let overrides = Overrides { params, sets, camera };
+    let evaluated = match error {
+        Some(error) => Err(vec![error]),
+        None => kinora_lang::eval(&tree, &folder, &overrides),
+    };
+    let (mut scene, diagnostics, params) = match evaluated {
+        Ok(Evaluated { scene, warnings, params, .. }) => (Some(scene), warnings, params),
+        Err(diagnostics) => (None, diagnostics, Vec::new()),
+    };
+    if let Some(scene) = &mut scene {
+        changes.apply(scene);
+    }
+    let root = folder.root();
+    let others = folder.dependencies().into_iter().filter(|found| *found.path != *source.name);
+    let others = others.map(|found| root.join(&found.path));
+    let dependencies = std::iter::once(root.join(&*source.name)).chain(others).collect();
+    let (scene, sources, path) = (scene.map(Arc::new), vec![source], path.to_path_buf());
+    Loaded { scene, params, diagnostics, sources, dependencies, tree, path }
+}
+
+impl Changes {
+    fn apply(&self, scene: &mut Scene) {
+        let render = &mut scene.render;
+        render.resolution = self.size.unwrap_or(render.resolution);
+        render.samples = self.samples.unwrap_or(render.samples);
+        render.seed = self.seed.unwrap_or(render.seed);
+    }
+}
+
+impl Loaded {
+    /// The scene while the shutter is open.
+    ///
+    /// # Errors
+    /// There is no scene, or a value has no use at that time.
+    pub fn sample(&self, shutter: Shutter) -> Result<World, Box<Diagnostic>> {
+        let scene = self.scene.as_deref().ok_or_else(|| Box::new(no_scene()))?;
+        kinora_animator::sample(scene, shutter).map_err(|error| Box::new(self.fault(&error)))
+    }
+
+    /// The texts named as the user named the scene.
+    pub fn sources_as_given(&self) -> Vec<Source> {
+        let mut sources = self.sources.clone();
+        for source in &mut sources {
+            source.name = self.path.to_string_lossy().into();
+        }
+        sources
+    }
+
+    /// Findings as text for a terminal, in colour.
+    pub fn show(&self, found: &[Diagnostic]) -> String {
+        report::full(&list(found.to_vec(), MAX_SHOWN), &self.sources_as_given())
+    }
+
+    /// One finding as text without colour.
+    #[cfg(feature = "viewer")]
+    pub fn plain(&self, found: &Diagnostic) -> String {
+        report::plain(found, &self.sources_as_given())
+    }
+
+    /// The exit code where there is no scene.
+    pub fn fault_code(&self) -> u8 {
+        let internal = self.diagnostics.iter().any(|found| found.code == INTERNAL);
+        if internal { exit::FAILED } else { exit::FINDINGS }
+    }
+
+    /// Prints every finding.
+    pub fn report(&self) {
+        terminal::err(&self.show(&self.diagnostics));
+    }
+
+    /// Prints one more.
+    #[cfg(feature = "render")]
+    pub fn report_one(&self, found: &Diagnostic) {
+        terminal::err(&self.show(std::slice::from_ref(found)));
+    }
+
+    fn fault(&self, error: &SampleError) -> Diagnostic {
+        let code = match (error.fault, error.property) {
+            (Fault::NotFinite, _) => "E0403",
+            (Fault::OutOfRange { .. }, "ior") => "E0406",
+            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color") => "E0407",
+            (Fault::OutOfRange { .. }, "fov") => "E0408",
+            (Fault::OutOfRange { .. }, _) => "E0401",
+            (Fault::Singular, _) => "E0404",
+            (Fault::AimedAtItself | Fault::UpAlongView, _) => "E0405",
+            (Fault::NoFocus, _) => "E0207",
+            (Fault::NoCamera, _) => "E0501",
+            (Fault::Dangling, _) => INTERNAL,
+        };
+        let found = Diagnostic::new(code, error.to_string());
+        let name = match (error.place, &*error.name) {
+            (Place::Sky, _) => "sky",
+            (Place::Render, _) => "render",
+            (_, name) => name,
+        };
+        match place_of(&self.tree.file().items, name, error.property) {
+            Some(span) => found.primary(self.tree.source.id, span, ""),
+            None => found,
+        }
+    }
+}
+
+fn no_scene() -> Diagnostic {
+    Diagnostic::new("E0503", "there is no scene to show")
+}
+
+/// What the renderer cannot hold, as a finding.
+#[cfg(feature = "render")]
+pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
+    use kinora_renderer::PackError;
+    let code = match error {
+        PackError::Coordinates { .. } => "E0401",
+        PackError::TooMany { .. } | PackError::TooDeep { .. } => "E1004",
+    };
+    Diagnostic::new(code, error.to_string())
+}
+
+/// Where the node called `name` (or of that kind, without a name) sets the property, else where the node stands.
+fn place_of(items: &[Item], name: &str, property: &str) -> Option<Span> {
+    let inside = |block: &Option<Block>| block.as_ref().and_then(|block| place_of(&block.items, name, property));
+    items.iter().find_map(|item| match item {
+        Item::Node(node) => {
+            let called = node.name.as_ref().or(node.kind.segments.last());
+            if called.is_none_or(|called| &*called.text != name) {
+                return inside(&node.body);
+            }
+            let set = node.body.iter().flat_map(|block| &block.items).find_map(|item| match item {
+                Item::Property(set) if &*set.name.text == property => Some(set.span),
+                _ => None,
+            });
+            set.or(called.map(|called| called.span))
+        }
+        Item::For(turns) => inside(&turns.body),
+        Item::Prefab(prefab) => inside(&prefab.body),
+        _ => None,
+    })
 }

@@ -1,7 +1,7 @@
 //! What is printed: results on stdout, everything about them on stderr. Colours are put in always and taken out where
 //! the stream does not want them.
 
-use std::io::{ErrorKind, IsTerminal, Write};
+use std::io::{ErrorKind, Write};
 
 /// When to print in colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -54,6 +54,7 @@ pub fn error(message: &str) {
 /// Whether a person is likely to watch stderr: it is a terminal, and no build server's.
 #[cfg(feature = "render")]
 pub fn watched() -> bool {
+    use std::io::IsTerminal;
     std::io::stderr().is_terminal() && std::env::var_os("CI").is_none_or(|ci| ci.is_empty() || ci == "false")
 }
 

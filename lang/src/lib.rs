@@ -1,8 +1,17 @@
 //! The Kinora scene language: text to [`Scene`](kinora_scene), with diagnostics.
 
+pub mod assets;
+pub mod builtin;
 pub mod diagnostic;
+pub mod dimension;
+pub mod eval;
 pub mod files;
+pub mod lower;
+pub mod schema;
 pub mod source;
+pub mod suggest;
 pub mod syntax;
+pub mod value;
 
+pub use eval::{Evaluated, Overrides, Param, eval};
 pub use syntax::{Tree, parse};

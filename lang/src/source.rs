@@ -178,7 +178,11 @@ pub fn decode(id: FileId, name: &str, bytes: &[u8]) -> (Source, Option<Diagnosti
     let byte = bytes.get(offset).copied().unwrap_or_default();
     let line = source.position(offset as u32).line;
     let mut found = Diagnostic::new("E0119", "file is not valid UTF-8")
-        .primary(id, Span::new(offset as u32, offset as u32 + '\u{FFFD}'.len_utf8() as u32), format!("byte 0x{byte:02X}"))
+        .primary(
+            id,
+            Span::new(offset as u32, offset as u32 + '\u{FFFD}'.len_utf8() as u32),
+            format!("byte 0x{byte:02X}"),
+        )
         .note(format!("byte {offset}, line {line}"));
     if byte >= 0xA0 {
         found = found.note(format!("byte 0x{byte:02X} looks like Latin-1, where it is `{}`", char::from(byte)));
@@ -194,7 +198,11 @@ mod tests {
         let source = Source::new(FileId(0), "a.kin", text);
         let position = source.position(offset);
         assert_eq!((position.line, position.column, position.utf16), expected, "{text:?} at {offset}");
-        assert_eq!(source.offset_utf16(position.line, position.utf16), source.clamp(offset), "{text:?} back to {offset}");
+        assert_eq!(
+            source.offset_utf16(position.line, position.utf16),
+            source.clamp(offset),
+            "{text:?} back to {offset}"
+        );
     }
 
     #[test]

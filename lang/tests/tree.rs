@@ -20,14 +20,16 @@ fn check(text: &str) -> Tree {
         .map(|token| token.text().to_string())
         .collect();
     assert_eq!(leaves, text, "the leaves are not the text");
-    let has_error = tree.root().descendants_with_tokens().any(|part| part.kind().is_error());
-    assert!(!has_error || !tree.errors().is_empty(), "an error node is not reported: {text:?}");
+    assert!(error_nodes(&tree) == 0 || !tree.errors().is_empty(), "an error node is not reported: {text:?}");
     let mut lines = Vec::new();
     for error in tree.errors() {
         lines.push(error.place().map(|(_, span)| source.position(span.start).line));
         assert!(error.labels.iter().all(|label| label.span.end <= source.len()), "{error:?}");
     }
-    assert!(lines.is_sorted() && lines.windows(2).all(|pair| pair[0] != pair[1]), "more than one error a line: {text:?}");
+    assert!(
+        lines.is_sorted() && lines.windows(2).all(|pair| pair[0] != pair[1]),
+        "more than one error a line: {text:?}"
+    );
     if let Some(error) = tree.errors().first() {
         let sources = [source.clone()];
         render(error, &sources, Style::default());
@@ -35,7 +37,6 @@ fn check(text: &str) -> Tree {
         to_json(tree.errors(), &sources);
     }
     drop(tree.file());
-    drop(parse_value(&source));
     tree
 }
 
@@ -68,9 +69,9 @@ fn shape(expr: &ast::Expr) -> String {
         Tuple(values) => format!("tuple({})", values.iter().map(shape).collect::<Vec<_>>().join(", ")),
         List(values) => format!("[{}]", values.iter().map(shape).collect::<Vec<_>>().join(", ")),
         Unary { op, value, .. } => format!("({}{})", if *op == ast::UnaryOp::Neg { "-" } else { "!" }, shape(value)),
-        Binary { first, rest } => rest
-            .iter()
-            .fold(shape(first), |left, step| format!("({left} {} {})", step.op.text(), shape(&step.value))),
+        Binary { first, rest } => {
+            rest.iter().fold(shape(first), |left, step| format!("({left} {} {})", step.op.text(), shape(&step.value)))
+        }
         Call { callee, args } => {
             let arg = |arg: &ast::Arg| match &arg.name {
                 Some(name) => format!("{}: {}", name.text, shape(&arg.value)),
@@ -138,11 +139,11 @@ impl Random {
 }
 
 const TOKENS: &[&str] = &[
-    "{", "}", "(", ")", "[", "]", ",", ";", ":", "=", "==", "..", ".", "->", "<", ">", "+", "-", "*", "/", "^", "!", "&&",
-    "||", "%", "#", "#ff0000", "#12", "\"", "\"text\"", "\\", "//", "/*", "*/", "///", "\n", "\r\n", " ", "\t", "0", "1.5",
-    "30deg", "3m/s^2", "1e400", "9px", "_", "a", "sphere", "a.b", "my-ball", "3rd", "let", "fn", "prefab", "for", "in",
-    "if", "else", "elseif", "import", "from", "as", "param", "return", "keys", "ease", "after", "like", "lang", "true",
-    "é", "“", "😀", "\u{202E}", "\0", "\u{FEFF}", "@", "'",
+    "{", "}", "(", ")", "[", "]", ",", ";", ":", "=", "==", "..", ".", "->", "<", ">", "+", "-", "*", "/", "^", "!",
+    "&&", "||", "%", "#", "#ff0000", "#12", "\"", "\"text\"", "\\", "//", "/*", "*/", "///", "\n", "\r\n", " ", "\t",
+    "0", "1.5", "30deg", "3m/s^2", "1e400", "9px", "_", "a", "sphere", "a.b", "my-ball", "3rd", "let", "fn", "prefab",
+    "for", "in", "if", "else", "elseif", "import", "from", "as", "param", "return", "keys", "ease", "after", "like",
+    "lang", "true", "é", "“", "😀", "\u{202E}", "\0", "\u{FEFF}", "@", "'",
 ];
 
 #[test]
@@ -181,6 +182,7 @@ fn soups() {
         let length = 1 + random.below(60);
         let text: String = (0..length).map(|_| [random.pick(TOKENS), random.pick(&["", " "])].concat()).collect();
         check(&text);
+        drop(parse_value(&Source::new(FileId(0), "-D", text)));
     }
 }
 
@@ -188,13 +190,74 @@ fn soups() {
 #[test]
 fn bombs() {
     let open = [
-        "(", "[", "{", "a {", "a: a {", "a: (", "a: [", "f(x: ", "a: f(", "(a { ", "if ", "if a {", "let a = if a { ", "keys {",
-        "a: keys { 0s: { ", "let a = [for i in ", "fn f(", "a: b[", "a like ", "import {", "/*", "/* */", "\"", "\"\\",
-        "else if a { } ", "if a { } else ", "a: - ", "- ", "!", "a: 1 + ", "1 + ", "2 ^ ", "2 ^ -", "..", "a..", "a.", ".",
-        "a < ", "let a: list<", "let a: b>", "a: b()", "()", "[0]", ".x", "x,", ",", ";", ":", "=", "a = ", "\n", "} ", ") ",
-        "@", "@\n", "<1,", "a <1", "“", "1.", "a: #", "my-", "a\n", "{}", "a {} ", "\"{\n}\n", "\"(\n{ ( }\n",
+        "(",
+        "[",
+        "{",
+        "a {",
+        "a: a {",
+        "a: (",
+        "a: [",
+        "f(x: ",
+        "a: f(",
+        "(a { ",
+        "if ",
+        "if a {",
+        "let a = if a { ",
+        "keys {",
+        "a: keys { 0s: { ",
+        "let a = [for i in ",
+        "fn f(",
+        "a: b[",
+        "a like ",
+        "import {",
+        "/*",
+        "/* */",
+        "\"",
+        "\"\\",
+        "else if a { } ",
+        "if a { } else ",
+        "a: - ",
+        "- ",
+        "!",
+        "a: 1 + ",
+        "1 + ",
+        "2 ^ ",
+        "2 ^ -",
+        "..",
+        "a..",
+        "a.",
+        ".",
+        "a < ",
+        "let a: list<",
+        "let a: b>",
+        "a: b()",
+        "()",
+        "[0]",
+        ".x",
+        "x,",
+        ",",
+        ";",
+        ":",
+        "=",
+        "a = ",
+        "\n",
+        "} ",
+        ") ",
+        "@",
+        "@\n",
+        "<1,",
+        "a <1",
+        "“",
+        "1.",
+        "a: #",
+        "my-",
+        "a\n",
+        "{}",
+        "a {} ",
+        "\"{\n}\n",
+        "\"(\n{ ( }\n",
     ];
-    let start = ["", "let a = ", "let a = f", "a { b: (", "for i in "];
+    let start = ["", "let a = f", "a { b: ("];
     for start in start {
         for open in open {
             check(&format!("{start}{}", open.repeat(20)));
@@ -238,4 +301,25 @@ fn line_breaks_and_mark_are_kept() {
     for text in ["\u{FEFF}lang 1\r\nsphere a { radius: 1 }\r\n", "lang 1\r", "// a\r\n", "\u{FEFF}"] {
         assert_eq!(check(text).errors(), [], "{text:?}");
     }
+}
+
+/// The value of `-D name=value`.
+#[test]
+fn single_values() {
+    let check = |text: &str, expected: &[(&str, &str)]| {
+        let (value, errors) = parse_value(&Source::new(FileId(0), "-D", text));
+        let found: Vec<(&str, &str)> = errors.iter().map(|error| (error.code, error.message.as_str())).collect();
+        assert_eq!(found, expected, "{text}");
+        value
+    };
+    assert_eq!(shape(&check("50%", &[])), "50%");
+    assert_eq!(shape(&check(" (1, 2m) ", &[])), "tuple(1, 2m)");
+    assert_eq!(shape(&check("mix(a, b)", &[])), "mix(a, b)");
+    assert!(check("", &[("E0108", "missing value")]).is_missing());
+    check("1 2", &[("E0127", "unexpected `2` after the value")]);
+    check("1, 2", &[("E0127", "unexpected `, 2` after the value")]);
+    check("1 } a { b: 2 }", &[("E0127", "unexpected `} a { b: 2 }` after the value")]);
+    check("30degrees", &[("E0305", "unknown unit `degrees`")]);
+    check("a: 3", &[("E0108", "missing value")]);
+    check("\"abc", &[("E0109", "unterminated string")]);
 }

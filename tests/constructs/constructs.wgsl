@@ -736,7 +736,15 @@ fn t_load_before_store(x: vec4<u32>) -> vec4<u32> {
     let t = v.x;
     v.x = v.y;
     v.y = t;
-    return v + vec4(a, old, sum, 0u);
+    // Operands from left to right: what a call writes is not seen to its left.
+    let around = a + tripled(&a) * 7u + a * 31u;
+    return v + vec4(a, old, sum, around);
+}
+
+fn tripled(p: ptr<function, u32>) -> u32 {
+    let was = *p;
+    *p *= 3u;
+    return was;
 }
 
 // bits exact

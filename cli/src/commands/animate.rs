@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
     let loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
     loaded.report();
-    let Some(scene) = loaded.scene.as_deref() else { return Ok(exit::FINDINGS) };
+    let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
     let frames = listed.unwrap_or_else(|| (0..scene.clock.frame_count()).collect());
     let statistics = Statistics {
         frames: Some(0),

@@ -19,9 +19,9 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let loaded = session::load(&args.scene.file, &args.scene.changes());
+    let loaded = session::load(&args.scene.file, &args.scene.changes())?;
     loaded.report();
-    let Some(scene) = loaded.scene.as_deref() else { return Ok(exit::FINDINGS) };
+    let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
     terminal::out(&if args.ron { ron(scene)? } else { overview(scene) })?;
     Ok(exit::CLEAN)
 }
@@ -40,7 +40,7 @@ fn overview(scene: &Scene) -> String {
     }).collect();
     let shapes = || scene.nodes.iter().filter_map(|node| node.shape.as_ref().map(|shape| (node, shape)));
     let triangles: usize = shapes().map(|(_, shape)| match shape {
-        Shape::Mesh(mesh) => mesh.indices.len(),
+        Shape::Mesh(mesh) => mesh.triangles.len(),
         _ => 0,
     }).sum();
     let lamps = shapes().filter(|(node, _)| scene.materials.get(node.material).is_some_and(shines)).count();

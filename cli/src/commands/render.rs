@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
     let loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
     loaded.report();
-    let Some(scene) = loaded.scene.as_deref() else { return Ok(exit::FINDINGS) };
+    let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
     let frame = match (args.frame, args.time) {
         (_, Some(Time::Seconds(seconds))) => seconds * scene.clock.fps,
         (_, Some(Time::Frames(frame))) => frame,

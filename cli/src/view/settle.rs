@@ -25,6 +25,11 @@ impl Settle {
         self.last = self.last.max(now);
     }
 
+    /// When it began.
+    pub fn begun(&self) -> Duration {
+        self.first
+    }
+
     /// When it is to be acted upon, if nothing else happens.
     pub fn due(&self) -> Duration {
         (self.last + QUIET).min(self.first + PATIENCE)

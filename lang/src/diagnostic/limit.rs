@@ -18,11 +18,16 @@ pub struct Listing {
     pub warnings: usize,
 }
 
-/// Sorts diagnostics, drops repetitions and keeps the first `max`. Those without a place come first.
-pub fn list(mut diagnostics: Vec<Diagnostic>, max: usize) -> Listing {
-    let key = |found: &Diagnostic| found.place().map(|(file, span)| (file, span.start, span.end));
-    diagnostics.sort_by(|a, b| key(a).cmp(&key(b)).then_with(|| a.code.cmp(b.code)).then_with(|| a.message.cmp(&b.message)));
+/// Sorts diagnostics by file and place, those without one first, and drops repetitions.
+pub fn sort(diagnostics: &mut Vec<Diagnostic>) {
+    let place = |found: &Diagnostic| found.place().map(|(file, span)| (file, span.start, span.end));
+    diagnostics.sort_by(|a, b| (place(a), a.code, &a.message).cmp(&(place(b), b.code, &b.message)));
     diagnostics.dedup_by(|a, b| a.code == b.code && a.message == b.message && a.place() == b.place());
+}
+
+/// [`sort`]s diagnostics and keeps the first `max`.
+pub fn list(mut diagnostics: Vec<Diagnostic>, max: usize) -> Listing {
+    sort(&mut diagnostics);
     let errors = diagnostics.iter().filter(|found| found.is_error()).count();
     let warnings = diagnostics.len() - errors;
     let hidden = diagnostics.len().saturating_sub(max);

@@ -20,7 +20,7 @@ mod limit;
 mod render;
 
 pub use json::{JSON_VERSION, to_json};
-pub use limit::{Listing, MAX_SHOWN, list};
+pub use limit::{Listing, MAX_SHOWN, list, sort};
 pub use render::{Style, render, render_short};
 
 use crate::source::{FileId, Span};
@@ -104,7 +104,7 @@ pub struct Fix {
 /// One finding.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// A row of [`codes::CODES`].
+    /// A code of [`codes::all`].
     pub code: &'static str,
     /// How bad it is.
     pub severity: Severity,

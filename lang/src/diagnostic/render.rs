@@ -119,9 +119,8 @@ fn fixed<'a>(fix: &'a Fix, sources: &'a [Source]) -> Group<'a> {
         }
         let window = Window::round(source, edits.iter().map(|edit| edit.span));
         let patches = edits.iter().map(|edit| Patch::new(window.range(edit.span), edit.insert.as_str()));
-        group = group.element(
-            Snippet::source(window.text()).line_start(window.line()).path(&*source.name).patches(patches),
-        );
+        group = group
+            .element(Snippet::source(window.text()).line_start(window.line()).path(&*source.name).patches(patches));
     }
     group
 }

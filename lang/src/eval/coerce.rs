@@ -10,7 +10,7 @@ use crate::eval::expr::short_text;
 use crate::eval::graph::Scalar;
 use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
-use crate::source::Span;
+use crate::source::{FileId, Span};
 use crate::suggest::{any_of, suggest};
 use crate::syntax::ast::{Expr, ExprKind};
 use crate::value::{KeyItem, NodeId, Number, Value};
@@ -386,10 +386,7 @@ impl<'a> Machine<'a> {
     pub fn wrong_word(&mut self, found: &str, choices: &'static [Choice], site: &Site<'a>, span: Span) {
         let diagnostic =
             wrong_word(found, choices, site.property.name).primary(self.file(), span, "not one of its words");
-        let diagnostic = match suggest(found.trim_matches('`'), choices.iter().map(|choice| choice.name)).first() {
-            Some(near) => diagnostic.fix(Applicability::Safe, format!("write `{near}`"), self.file(), span, *near),
-            None => diagnostic,
-        };
+        let diagnostic = nearest_word(diagnostic, found.trim_matches('`'), choices, self.file(), span);
         self.report(diagnostic);
     }
 
@@ -582,6 +579,21 @@ impl<'a> Machine<'a> {
 pub fn wrong_word(found: &str, choices: &'static [Choice], property: &str) -> Diagnostic {
     let list = any_of(choices.iter().map(|choice| choice.name));
     Diagnostic::new("E0301", format!("expected {list}, found {found}")).note(format!("`{property}` is one of these words"))
+}
+
+/// Adds the word that was probably meant.
+pub fn nearest_word(
+    diagnostic: Diagnostic,
+    found: &str,
+    choices: &'static [Choice],
+    file: FileId,
+    span: Span,
+) -> Diagnostic {
+    let near = suggest(found, choices.iter().map(|choice| choice.name)).first().copied();
+    let Some(choice) = choices.iter().find(|choice| Some(choice.name) == near) else { return diagnostic };
+    // A word that is answered with "not yet" would put one error in place of the other.
+    let trust = if choice.since == Since::Now { Applicability::Safe } else { Applicability::Maybe };
+    diagnostic.fix(trust, format!("write `{}`", choice.name), file, span, choice.name)
 }
 
 fn is_default(data: &Data, property: &Property) -> bool {

@@ -139,9 +139,8 @@ impl<'a> Machine<'a> {
     /// The value of a `let`.
     pub fn force_let(&mut self, cell: &LetCell<'a>, scope: &Env<'a>) -> Value {
         let state = cell.state.borrow().clone();
-        let name = cell.decl.name.as_ref();
-        let span = name.map_or(cell.decl.span, |name| name.span);
-        let text = name.map_or("", |name| &name.text);
+        let span = cell.name.map_or(cell.value.span, |name| name.span);
+        let text = cell.name.map_or("", |name| &name.text);
         match state {
             LetState::Done(value) => value,
             LetState::Running => {
@@ -151,9 +150,9 @@ impl<'a> Machine<'a> {
             LetState::Waiting => {
                 *cell.state.borrow_mut() = LetState::Running;
                 self.pending.push((text.into(), span));
-                let mut value = self.expr(&cell.decl.value, scope, &[]);
-                if let Some(ty) = &cell.decl.ty {
-                    value = self.convert(value, ty, cell.decl.value.span);
+                let mut value = self.expr(cell.value, scope, &[]);
+                if let Some(ty) = cell.ty {
+                    value = self.convert(value, ty, cell.value.span);
                 }
                 self.pending.pop();
                 *cell.state.borrow_mut() = LetState::Done(value.clone());
@@ -859,7 +858,11 @@ impl<'a> Machine<'a> {
     }
 
     fn mismatch(&self, op: BinaryOp, op_span: Span, left: &(Value, Span), right: &(Value, Span)) -> Diagnostic {
-        let (a, b) = (self.describe(&left.0), self.describe(&right.0));
+        let describe = |value: &Value| match value {
+            Value::Tuple(items) => format!("{} of {} components", value.with_article(), items.len()),
+            value => self.describe(value),
+        };
+        let (a, b) = (describe(&left.0), describe(&right.0));
         let verb = match op {
             BinaryOp::Add => format!("cannot add {a} and {b}"),
             BinaryOp::Sub => format!("cannot subtract {b} from {a}"),

@@ -33,7 +33,9 @@ impl<'a> Machine<'a> {
             match item {
                 Item::Let(decl) => {
                     if let Some(name) = &decl.name {
-                        let cell = LetCell { decl, state: RefCell::new(LetState::Waiting) };
+                        let state = RefCell::new(LetState::Waiting);
+                        let (ty, value) = (decl.ty.as_ref(), &decl.value);
+                        let cell = LetCell { name: Some(name), ty, value, overridden: false, state };
                         env.declare(&name.text, Binding::Let(Rc::new(cell)));
                     }
                 }
@@ -67,7 +69,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn slot(&mut self, node: &'a ast::Node, env: &Env<'a>) -> Option<NodeId> {
+    /// A place for a node's value.
+    pub fn slot(&mut self, node: &'a ast::Node, env: &Env<'a>) -> Option<NodeId> {
         if self.nodes.len() >= limits::NODES {
             self.too_many("nodes", limits::NODES, node.kind.span);
             return None;
@@ -635,7 +638,8 @@ fn number_type(name: &str) -> Option<Dimension> {
 }
 
 /// What comes of asking a value to be of a type.
-enum Converted {
+#[allow(missing_docs)]
+pub enum Converted {
     Fits,
     As(Value),
     Whole,
@@ -643,7 +647,8 @@ enum Converted {
     Wrong(String),
 }
 
-fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeKind<'a>) -> Converted {
+/// Asks a value to be of the type that these names say, from the outside in; none say nothing.
+pub fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeKind<'a>) -> Converted {
     let Some((name, rest)) = names.split_first() else { return Converted::Fits };
     let fits = |fits: bool, wanted: &str| if fits { Converted::Fits } else { Converted::Wrong(wanted.into()) };
     if let Some(dimension) = number_type(name) {

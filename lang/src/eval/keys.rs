@@ -138,8 +138,9 @@ impl<'a> Machine<'a> {
                         .primary(self.file(), arg.value.span, format!("not an `{option}` of `keys`"));
                     if let Some(near) = suggest(word, known.iter().copied()).first() {
                         let file = self.file();
-                        diagnostic =
-                            diagnostic.fix(Applicability::Safe, format!("write `{near}`"), file, arg.value.span, *near);
+                        let now = ["eased", "linear", "step", "hold"].contains(near);
+                        let trust = if now { Applicability::Safe } else { Applicability::Maybe };
+                        diagnostic = diagnostic.fix(trust, format!("write `{near}`"), file, arg.value.span, *near);
                     }
                     self.report(diagnostic);
                     way = None;

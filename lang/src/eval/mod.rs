@@ -25,7 +25,7 @@ pub mod scope;
 use kinora_scene::Scene;
 
 use crate::assets;
-use crate::diagnostic::{Diagnostic, sort};
+use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Dependency, Files};
 use crate::lower::{Lowered, lower};
 use crate::source::{Source, Span};
@@ -66,7 +66,8 @@ pub fn eval(tree: &Tree, files: &dyn Files, overrides: &Overrides) -> Result<Eva
     let file = tree.file();
     let source = &tree.source;
     // The stack of the evaluation is its own, so that its depth does not hang on who calls.
-    let run = || evaluate(&file, source, tree.errors(), overrides);
+    let nothing = Nothing::new();
+    let run = || evaluate(&file, source, tree.errors(), overrides, &nothing);
     let (lowered, mut diagnostics, params, imports) = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("eval".into()).stack_size(limits::STACK_BYTES);
         match thread.spawn_scoped(scope, run).map(std::thread::ScopedJoinHandle::join) {
@@ -82,7 +83,7 @@ pub fn eval(tree: &Tree, files: &dyn Files, overrides: &Overrides) -> Result<Eva
     if let Some(lowered) = &mut lowered {
         assets::load_meshes(lowered, files, source, &mut diagnostics);
     }
-    sort(&mut diagnostics);
+    let mut diagnostics = diagnostic::list(diagnostics, usize::MAX).shown;
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     match lowered {
         Some(Lowered { scene, .. }) if !failed => {
@@ -105,7 +106,29 @@ fn internal(what: &str) -> Diagnostic {
 
 type Done = (Option<Lowered>, Vec<Diagnostic>, Vec<Param>, Vec<(String, Span)>);
 
-fn evaluate(file: &ast::File, source: &Source, errors: &[Diagnostic], overrides: &Overrides) -> Done {
+/// An empty `render` block and a missing value, for what only the command line says.
+struct Nothing {
+    render: ast::Node,
+    value: ast::Expr,
+}
+
+impl Nothing {
+    fn new() -> Nothing {
+        let span = Span::at(0);
+        let name = ast::Name { text: "render".into(), span, quoted: false };
+        let kind = ast::Path { segments: vec![name], span };
+        let render = ast::Node { docs: None, kind, name: None, like: None, body: None, span };
+        Nothing { render, value: ast::Expr { kind: ast::ExprKind::Missing, span } }
+    }
+}
+
+fn evaluate<'a>(
+    file: &'a ast::File,
+    source: &'a Source,
+    errors: &[Diagnostic],
+    overrides: &Overrides,
+    nothing: &'a Nothing,
+) -> Done {
     let whole = !errors.iter().any(Diagnostic::is_error);
     let mut machine = Machine::new(source);
     let resolved = resolve::resolve(file, source);
@@ -114,13 +137,18 @@ fn evaluate(file: &ast::File, source: &Source, errors: &[Diagnostic], overrides:
         ast::Item::Node(node) if items::kind_text(node) == "render" => Some(node),
         _ => None,
     });
+    machine.fps = params::set_number(overrides, "render.fps").map(Some);
     let globals = machine.globals.clone();
-    let params = params::declare(&mut machine, file, overrides);
+    params::check_overrides(&mut machine, file, overrides);
+    params::declare(&mut machine, file, overrides);
     machine.hoist(&file.items, &globals);
+    let params = params::list(&mut machine, file, overrides);
     let (mut properties, mut roots) = (Vec::new(), Vec::new());
     let mut owner = items::Owner { kind: None, properties: &mut properties, children: &mut roots };
     machine.run(&file.items, &globals, &mut owner);
-    params::apply_sets(&mut machine, &mut roots, overrides);
+    if let Some(render) = machine.slot(&nothing.render, &globals) {
+        params::apply_sets(&mut machine, &mut roots, overrides, render, &nothing.value);
+    }
     let lowered = match machine.stopped {
         true => None,
         false => Some(lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known)),

@@ -10,7 +10,7 @@ use crate::value::{NodeId, Value};
 /// What a name stands for.
 #[derive(Debug, Clone)]
 pub enum Binding<'a> {
-    /// A `let`, computed when it is first asked for.
+    /// A `let` or `param`, computed when it is first asked for.
     Let(Rc<LetCell<'a>>),
     /// A parameter or a loop's variable.
     Value(Value),
@@ -24,11 +24,17 @@ pub enum Binding<'a> {
     Opaque,
 }
 
-/// A `let` and its value.
+/// A `let` or `param` and its value.
 #[derive(Debug)]
 pub struct LetCell<'a> {
-    /// The declaration.
-    pub decl: &'a ast::LetDecl,
+    /// The name, absent where it is missing.
+    pub name: Option<&'a ast::Name>,
+    /// The declared type.
+    pub ty: Option<&'a ast::Type>,
+    /// What is computed.
+    pub value: &'a ast::Expr,
+    /// Whether the command line gave the value.
+    pub overridden: bool,
     /// How far it is.
     pub state: RefCell<LetState>,
 }

@@ -20,7 +20,7 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
-pub use shape::MeshRequest;
+pub use shape::{MeshFrom, MeshRequest};
 
 /// A scene whose meshes are still to be read.
 pub struct Lowered {

@@ -1,4 +1,4 @@
-//! The scene as the evaluator reads it: plain owned data with spans, made from the tree by [`lower`](super::lower).
+//! The scene as the evaluator reads it: plain owned data with spans, made by [`Tree::file`](super::Tree::file).
 //!
 //! Nothing is decided here but shape: precedence is resolved, strings are unescaped, numbers are read. Whatever the
 //! parser had to report is already a diagnostic of the tree; in its place stands [`ExprKind::Missing`], an absent

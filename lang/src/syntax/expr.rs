@@ -85,10 +85,7 @@ fn number_of(node: &SyntaxNode) -> ExprKind {
 /// Whether a bracket holds something that could not be read, so that nothing is known about the number of its values.
 fn is_broken(node: &SyntaxNode) -> bool {
     node.children_with_tokens().any(|part| {
-        matches!(
-            part.kind(),
-            SyntaxKind::Unclosed | SyntaxKind::ExtraComma | SyntaxKind::BadElem | SyntaxKind::BadItem
-        )
+        matches!(part.kind(), SyntaxKind::Unclosed | SyntaxKind::ExtraComma | SyntaxKind::BadElem | SyntaxKind::BadItem)
     })
 }
 
@@ -277,9 +274,7 @@ fn field(base: Expr, postfix: &SyntaxNode) -> ExprKind {
             path.segments.push(name(&token));
             ExprKind::Path(path)
         }
-        (Some(token), kind) => {
-            ExprKind::Field { base: Box::new(Expr { kind, span: base.span }), name: name(&token) }
-        }
+        (Some(token), kind) => ExprKind::Field { base: Box::new(Expr { kind, span: base.span }), name: name(&token) },
     }
 }
 

@@ -71,8 +71,18 @@ impl SyntaxKind {
         use SyntaxKind::*;
         matches!(
             self,
-            Missing | Unclosed | NoComma | EqProperty | ExtraComma | StrayClose | BadName | BadUnit | BadString
-                | BadItem | BadElem | BadText
+            Missing
+                | Unclosed
+                | NoComma
+                | EqProperty
+                | ExtraComma
+                | StrayClose
+                | BadName
+                | BadUnit
+                | BadString
+                | BadItem
+                | BadElem
+                | BadText
         )
     }
 
@@ -86,8 +96,19 @@ impl SyntaxKind {
         use SyntaxKind::*;
         matches!(
             self,
-            Property | EqProperty | Node | LangDecl | ImportDecl | ParamDecl | LetDecl | FnDecl | PrefabDecl | ForStmt
-                | IfStmt | ReturnStmt | Block
+            Property
+                | EqProperty
+                | Node
+                | LangDecl
+                | ImportDecl
+                | ParamDecl
+                | LetDecl
+                | FnDecl
+                | PrefabDecl
+                | ForStmt
+                | IfStmt
+                | ReturnStmt
+                | Block
         )
     }
 

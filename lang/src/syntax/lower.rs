@@ -222,10 +222,7 @@ fn formals(node: &SyntaxNode) -> Vec<Formal> {
 fn renames(names: &SyntaxNode) -> Vec<Rename> {
     let renames = names.children().filter(|rename| rename.kind() == SyntaxKind::Rename);
     let renames = renames.filter_map(|rename| {
-        Some(Rename {
-            name: find_name(&rename, &[SyntaxKind::Ident])?,
-            alias: name_after(&rename, SyntaxKind::KwAs),
-        })
+        Some(Rename { name: find_name(&rename, &[SyntaxKind::Ident])?, alias: name_after(&rename, SyntaxKind::KwAs) })
     });
     renames.collect()
 }

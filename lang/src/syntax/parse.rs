@@ -13,6 +13,8 @@ use rowan::{GreenNode, GreenNodeBuilder, Language};
 pub(super) struct Green {
     pub node: GreenNode,
     pub stopped: Option<u32>,
+    /// Whether some text could not be read, or a comment may be open to the end.
+    pub has_bad: bool,
 }
 
 /// Parses a whole file, or one value as after `-D name=`.
@@ -23,7 +25,7 @@ pub(super) fn green(text: &str, one_value: bool) -> Green {
     };
     let stopped = scan::too_deep(text);
     let good = &text[..stopped.unwrap_or(text.len())];
-    let mut builder = Builder { builder: GreenNodeBuilder::new(), text, at: 0, open: Vec::new() };
+    let mut builder = Builder { builder: GreenNodeBuilder::new(), text, at: 0, open: Vec::new(), has_bad: false };
     // The grammar matches every text; what remains is pest's guard of the stack, on a thread with a very small one.
     let stopped = match Grammar::parse(rule, good) {
         Ok(pairs) => {
@@ -42,7 +44,8 @@ pub(super) fn green(text: &str, one_value: bool) -> Green {
             Some(0)
         }
     };
-    Green { node: builder.builder.finish(), stopped: stopped.map(|offset| offset as u32) }
+    let has_bad = builder.has_bad;
+    Green { node: builder.builder.finish(), stopped: stopped.map(|offset| offset as u32), has_bad }
 }
 
 struct Builder<'a> {
@@ -50,6 +53,7 @@ struct Builder<'a> {
     text: &'a str,
     at: usize,
     open: Vec<SyntaxKind>,
+    has_bad: bool,
 }
 
 impl Builder<'_> {
@@ -79,6 +83,9 @@ impl Builder<'_> {
 
     fn token(&mut self, kind: SyntaxKind, end: usize) {
         if end > self.at {
+            use SyntaxKind::{BadElem, BadItem, BadString, BlockComment};
+            let reaches_end = end == self.text.len();
+            self.has_bad |= matches!(kind, BadItem | BadElem | BadString) || kind == BlockComment && reaches_end;
             self.builder.token(Kinora::kind_to_raw(kind), &self.text[self.at..end]);
             self.at = end;
         }

@@ -43,9 +43,9 @@ pub fn parse_value(source: &Source) -> (ast::Expr, Vec<Diagnostic>) {
 
 impl Tree {
     fn new(source: &Source, one_value: bool) -> Tree {
-        let Green { node, stopped } = green(&source.text, one_value);
+        let Green { node, stopped, has_bad } = green(&source.text, one_value);
         let mut tree = Tree { source: source.clone(), green: node, errors: Vec::new(), too_deep: false };
-        let found = errors::find(source, &tree.root(), stopped);
+        let found = errors::find(source, &tree.root(), stopped, has_bad);
         tree.errors = found.errors;
         tree.too_deep = found.too_deep;
         tree

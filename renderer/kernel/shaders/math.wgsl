@@ -33,18 +33,24 @@ fn cos_sin_reduced(r: f32, quadrant: i32) -> vec2<f32> {
     return vec2<f32>(swapped.x * cos_sign, swapped.y * sin_sign);
 }
 
+// The nearest whole number, for |x| < 2³⁰. Half goes away from zero; `round` is a library call on some CPUs.
+fn nearest(x: f32) -> i32 {
+    return i32(x + select(0.5, -0.5, x < 0.0));
+}
+
 /// (cos 2πu, sin 2πu) for |u| <= 1000. Absolute error below 2e-7.
 fn cos_sin_turn(u: f32) -> vec2<f32> {
-    let k = round(4.0 * u);
-    return cos_sin_reduced((u - 0.25 * k) * TWO_PI, i32(k));
+    let k = nearest(4.0 * u);
+    return cos_sin_reduced((u - 0.25 * f32(k)) * TWO_PI, k);
 }
 
 /// (cos x, sin x) for |x| <= 1000 radians. Absolute error below 2e-7.
 fn cos_sin(x: f32) -> vec2<f32> {
-    let k = round(x * 0.6366197723675814);
+    let quadrant = nearest(x * 0.6366197723675814);
+    let k = f32(quadrant);
     // π/2 in three parts (Cody and Waite), so that the products with a small k are exact.
     let r = ((x - k * 1.5703125) - k * 4.837512969970703125e-4) - k * 7.549789948768648e-8;
-    return cos_sin_reduced(r, i32(k));
+    return cos_sin_reduced(r, quadrant);
 }
 
 /// eˣ. Relative error below 2e-7; 0 below -87, and at most e⁸⁸.
@@ -53,11 +59,12 @@ fn exp_(x: f32) -> f32 {
         return 0.0;
     }
     let y = min(x, 88.0);
-    let n = round(y * 1.44269504088896341);
+    let exponent = nearest(y * 1.44269504088896341);
+    let n = f32(exponent);
     let r = (y - n * 0.693359375) + n * 2.12194440e-4;
     let p = (((((1.9875691500e-4 * r + 1.3981999507e-3) * r + 8.3334519073e-3) * r + 4.1665795894e-2) * r
         + 1.6666665459e-1) * r + 5.0000001201e-1) * r * r + r + 1.0;
-    return p * bitcast<f32>(u32(i32(n) + 127) << 23u);
+    return p * bitcast<f32>(u32(exponent + 127) << 23u);
 }
 
 /// ln x for normal x above 0; -FAR for 0 and below. Error below 2e-7 · max(1, |ln x|).

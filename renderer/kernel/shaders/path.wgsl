@@ -77,7 +77,7 @@ fn transmittance(absorption: vec3<f32>, distance: f32) -> vec3<f32> {
 /// One sample of the light that a pixel receives; w: the rays that it took.
 fn radiance(pixel: vec2<u32>, sample: u32) -> vec4<f32> {
     let key = sample_key(pixel, sample);
-    var ray = camera_ray(pixel, random_2d(key, DIM_FILTER), random_2d(key, DIM_LENS));
+    var ray = camera_ray(pixel, key);
     var light = vec3<f32>(0.0);
     var beta = vec3<f32>(1.0);
     // Undoes the η² in `beta`, so that roulette does not kill what only passes through glass.

@@ -1,7 +1,7 @@
 //! Text that no rule could read: which mistake is it most likely?
 
 use super::confusable::confusable;
-use super::missing::is_keyword;
+use super::missing::{Missing, is_keyword};
 use super::*;
 use crate::diagnostic::Applicability::{Maybe, Safe};
 use crate::diagnostic::Edit;
@@ -10,15 +10,19 @@ use unicode_ident::{is_xid_continue, is_xid_start};
 
 impl Finder<'_> {
     /// Unread text behind something that is missing: one mistake, not two. `missing` is reported unless the text says more.
-    pub(super) fn bad_with(&mut self, bad: Bad, missing: Option<Diagnostic>) {
+    pub(super) fn bad_with(&mut self, bad: Bad, missing: Option<Missing>) {
         self.merged.insert(bad.span.start);
         let span = self.trimmed(bad.span);
         let text = self.text(span);
-        if self.confusables(span) || self.open_string(span) || self.literal(span, text) || self.name(span, text, &missing) {
+        if self.confusables(span)
+            || self.open_string(span)
+            || self.literal(span, text)
+            || self.name(span, text, missing.as_ref())
+        {
             return;
         }
         match missing {
-            Some(missing) => self.push(missing),
+            Some(missing) => self.push(missing.found),
             None if bad.is_elem => self.element(span, text),
             None => self.item(span, text),
         }
@@ -89,7 +93,8 @@ impl Finder<'_> {
             }
             (Some(close @ (')' | ']')), _) => {
                 let span = Span::new(span.start, span.start + 1);
-                let found = self.error("E0102", format!("unmatched `{close}`"), span, "closes nothing").help("remove it");
+                let found =
+                    self.error("E0102", format!("unmatched `{close}`"), span, "closes nothing").help("remove it");
                 self.push(found);
             }
             _ => return false,
@@ -110,19 +115,20 @@ impl Finder<'_> {
     }
 
     /// Names that cannot be names: `3rd`, `my-ball`, `for`. Also `elseif`.
-    fn name(&mut self, span: Span, text: &str, missing: &Option<Diagnostic>) -> bool {
+    fn name(&mut self, span: Span, text: &str, missing: Option<&Missing>) -> bool {
         let (first, rest) = split_name(text);
         let word = Span::new(span.start, span.start + first.len() as u32);
         if super::shape::is_else_if(first) {
             self.write_else_if(word);
             return true;
         }
-        let wants_name = missing.as_ref().is_some_and(|found| found.message.starts_with("expected a name"));
+        let wants_name = missing.is_some_and(|missing| missing.wants_name);
         if missing.is_some() && !wants_name {
             return false;
         }
         let before_block = self.text(Span::new(span.end, self.source.len())).trim_start().starts_with('{');
-        let heads = |rest: &str| before_block && rest.trim().is_empty() || rest.trim_start().starts_with([':', '=', '{', '(']);
+        let heads =
+            |rest: &str| before_block && rest.trim().is_empty() || rest.trim_start().starts_with([':', '=', '{', '(']);
         if starts_digit(first) && (heads(rest) || wants_name) {
             self.digit_name(word, first);
             return true;
@@ -175,7 +181,8 @@ impl Finder<'_> {
         }
         if is_name && units::UNITS.contains(&word) && value.is_empty() && self.number_before(span.start) {
             let spaces = Span::new(self.text(Span::new(0, span.start)).trim_end().len() as u32, span.start);
-            let found = self.error("E0127", format!("unexpected `{word}`"), name_span, "a unit stands right behind its number");
+            let found =
+                self.error("E0127", format!("unexpected `{word}`"), name_span, "a unit stands right behind its number");
             let found = found.fix(Safe, "remove the space", self.file(), spaces, "");
             return self.push(found);
         }
@@ -186,7 +193,12 @@ impl Finder<'_> {
         let is_value = value.starts_with(|first: char| is_xid_continue(first) || "\"#([-{!".contains(first));
         let message = format!("expected `:` after `{word}`");
         let found = match value {
-            "" => self.error("E0105", format!("expected `:` or `{{` after `{word}`"), Span::at(name_span.end), "expected `:` or `{`"),
+            "" => self.error(
+                "E0105",
+                format!("expected `:` or `{{` after `{word}`"),
+                Span::at(name_span.end),
+                "expected `:` or `{`",
+            ),
             _ if !is_value => return self.unexpected(span, text),
             _ => {
                 let colon = if gap.is_empty() { ": " } else { ":" };

@@ -17,8 +17,11 @@ impl Finder<'_> {
         self.push(found.fix(Safe, "insert `,`", self.file(), Span::at(at), ","));
     }
 
-    /// Whether unread text is in a bracket that was meant to end on a line before it.
+    /// Whether unread text is in a list that was meant to end on a line before it.
     pub(super) fn runs_on(&self, token: &SyntaxToken) -> bool {
+        if token.kind() != SyntaxKind::BadElem || super::bad::open_quote(token.text()).is_some() {
+            return false;
+        }
         let Some(bracket) = token.parent().filter(is_unclosed) else { return false };
         let first_line = self.source.line_index(node_span(&bracket).start);
         self.source.line_index(token_span(token).start) > first_line
@@ -38,10 +41,11 @@ impl Finder<'_> {
                     if let Some((kind, end)) = previous {
                         self.no_separator(kind, node.kind(), end);
                     }
-                    let needs_end = node.kind().is_item() && node.last_token().is_some_and(|last| {
-                        // Behind a brace it is plain where an item ends, unless the brace belongs to a value.
-                        last.kind() != SyntaxKind::CloseBrace || node.kind() == SyntaxKind::Property
-                    });
+                    let needs_end = node.kind().is_item()
+                        && node.last_token().is_some_and(|last| {
+                            // Behind a brace it is plain where an item ends, unless the brace belongs to a value.
+                            last.kind() != SyntaxKind::CloseBrace || node.kind() == SyntaxKind::Property
+                        });
                     previous = needs_end.then_some((node.kind(), here.end));
                 }
             }
@@ -79,7 +83,8 @@ impl Finder<'_> {
             at = part.into_node().and_then(|node| node.last_child_or_token());
         }
         let start = node_span(block).start;
-        let found = self.error("E0127", "this block belongs to nothing", Span::new(start, start + 1), "no kind before it");
+        let found =
+            self.error("E0127", "this block belongs to nothing", Span::new(start, start + 1), "no kind before it");
         self.push(found.help("write what it is before it: `sphere ball { ... }`"));
     }
 }

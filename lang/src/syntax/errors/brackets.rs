@@ -110,8 +110,7 @@ impl Finder<'_> {
         if self.swallowed_brace.is_some_and(|at| at < start) {
             return;
         }
-        let mut found =
-            self.error("E0102", "unmatched `}`", token_span(token), "closes nothing").help("remove it");
+        let mut found = self.error("E0102", "unmatched `}`", token_span(token), "closes nothing").help("remove it");
         let mut at = token.prev_sibling_or_token();
         let mut steps = 0;
         while let Some(element) = at.filter(|_| steps < STRAY_SEARCH) {

@@ -3,7 +3,9 @@
 /// What `character` is taken for: the text to write, and what it is not.
 pub(super) fn confusable(character: char) -> Option<(&'static str, &'static str)> {
     Some(match character {
-        '“' | '”' | '„' | '‟' | '«' | '»' | '″' | '＂' | '‘' | '’' | '‚' | '′' | '\'' | '`' => ("\"", "a quote"),
+        '“' | '”' | '„' | '‟' | '«' | '»' | '″' | '＂' | '‘' | '’' | '‚' | '′' | '\'' | '`' => {
+            ("\"", "a quote")
+        }
         '×' | '·' | '⋅' | '∗' | '∙' | '＊' => ("*", "an operator"),
         '÷' | '∕' | '⁄' | '／' => ("/", "an operator"),
         '＋' => ("+", "an operator"),

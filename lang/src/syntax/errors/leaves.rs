@@ -85,9 +85,13 @@ impl Finder<'_> {
         let inside = text.trim_end_matches([' ', ',', ';', '(', ')', '[', ']', '{', '}']);
         let applicability = if inside.len() < text.len() || text.ends_with('\\') { Maybe } else { Safe };
         let end = span.start + inside.len() as u32;
-        let found = self
-            .error("E0109", "unterminated string", span, "no `\"` before the end of the line")
-            .fix(applicability, "add `\"`", self.file(), Span::at(end), "\"");
+        let found = self.error("E0109", "unterminated string", span, "no `\"` before the end of the line").fix(
+            applicability,
+            "add `\"`",
+            self.file(),
+            Span::at(end),
+            "\"",
+        );
         self.push_urgent(found);
     }
 
@@ -109,9 +113,7 @@ impl Finder<'_> {
         let span = token_span(token);
         let found = self.error("E0305", format!("unknown unit `{}`", token.text()), span, "not a unit");
         let found = match units::suggest(token.text()) {
-            Some(unit) => {
-                found.fix(Safe, format!("did you mean `{unit}`?"), self.file(), span, unit)
-            }
+            Some(unit) => found.fix(Safe, format!("did you mean `{unit}`?"), self.file(), span, unit),
             None => found.note(format!("units are {}", units::UNITS.join(" "))),
         };
         self.push(found);

@@ -11,6 +11,15 @@ struct Expected {
     help: String,
 }
 
+/// The label where a name is missing: what follows may be meant as one.
+const A_NAME: &str = "expected a name";
+
+/// Something missing that unread text follows.
+pub(super) struct Missing {
+    pub found: Diagnostic,
+    pub wants_name: bool,
+}
+
 impl Finder<'_> {
     pub(super) fn missing(&mut self, node: &SyntaxNode) {
         let at = node_span(node).end;
@@ -27,21 +36,23 @@ impl Finder<'_> {
         }
         let Some(expected) = self.expected(&parent, before.as_ref()) else { return };
         let next = self.next_word(at);
-        if expected.message.starts_with("expected a name") && is_keyword(self.text(next)) {
+        let wants_name = expected.label == A_NAME;
+        if wants_name && is_keyword(self.text(next)) {
             self.merged.extend(bad.map(|bad| bad.span.start));
             return self.keyword_as_name(next);
         }
-        if expected.code == "E0126" && expected.message.contains("`else`") && super::shape::is_else_if(self.text(next)) {
+        let wants_else = parent.kind() == SyntaxKind::IfValue;
+        if wants_else && super::shape::is_else_if(self.text(next)) {
             self.merged.extend(bad.map(|bad| bad.span.start));
             return self.write_else_if(next);
         }
-        let found = |span| self.error(expected.code, expected.message.clone(), span, expected.label);
-        let mut found = found(bad.map_or(Span::at(at), |bad| self.trimmed(bad.span)));
+        let place = bad.map_or(Span::at(at), |bad| self.trimmed(bad.span));
+        let mut found = self.error(expected.code, expected.message, place, expected.label);
         if !expected.help.is_empty() {
             found = found.help(expected.help);
         }
         match bad {
-            Some(bad) => self.bad_with(bad, Some(found)),
+            Some(bad) => self.bad_with(bad, Some(Missing { found, wants_name })),
             None => self.push(found),
         }
     }
@@ -63,29 +74,35 @@ impl Finder<'_> {
         let rest = self.text(Span::new(at, self.source.line_span(self.source.line_index(at)).end)).trim_start();
         let message = format!("`{word}` needs `=`");
         let name = parts(parent).nth(1).map_or(String::new(), |name| self.text(span(&name)).to_string());
-        let found = match before.kind() {
-            // A dash behind a name is a mistake of its own.
-            SyntaxKind::Colon if !rest.starts_with('=') => {
-                let colon = span(before);
-                let value = bad.map_or("value".to_string(), |bad| excerpt(self.text(bad.span)));
-                let help = format!("write `{word} {name} = {value}`");
-                let name_end = colon.start - self.spaces_before(colon.start);
-                let applicability = if bad.is_some() { Safe } else { Maybe };
-                self.error("E0107", message, colon, "use `=`")
-                    .note("`:` gives the type of a value, `=` the value")
-                    .fix(applicability, help, self.file(), Span::new(name_end, colon.end), " =")
-            }
-            SyntaxKind::Ident | SyntaxKind::BadName | SyntaxKind::Ty if !rest.starts_with('-') => {
-                let label = "no `=` behind this";
-                let found = self.error("E0107", message, Span::at(at), label);
-                match bad {
-                    Some(bad) if self.text(bad.span).starts_with(|first: char| first.is_alphanumeric() || "\"(#[".contains(first)) => found
-                        .fix(Maybe, "insert `=`", self.file(), Span::new(at, bad.span.start), " = "),
-                    _ => found.help(format!("write `{word} {name} = ...`")),
+        let found =
+            match before.kind() {
+                // A dash behind a name is a mistake of its own.
+                SyntaxKind::Colon if !rest.starts_with('=') => {
+                    let colon = span(before);
+                    let value = bad.map_or("value".to_string(), |bad| excerpt(self.text(bad.span)));
+                    let help = format!("write `{word} {name} = {value}`");
+                    let name_end = colon.start - self.spaces_before(colon.start);
+                    let applicability = if bad.is_some() { Safe } else { Maybe };
+                    self.error("E0107", message, colon, "use `=`")
+                        .note("`:` gives the type of a value, `=` the value")
+                        .fix(applicability, help, self.file(), Span::new(name_end, colon.end), " =")
                 }
-            }
-            _ => return false,
-        };
+                SyntaxKind::Ident | SyntaxKind::BadName | SyntaxKind::Ty if !rest.starts_with('-') => {
+                    let label = "no `=` behind this";
+                    let found = self.error("E0107", message, Span::at(at), label);
+                    match bad {
+                        Some(bad)
+                            if self
+                                .text(bad.span)
+                                .starts_with(|first: char| first.is_alphanumeric() || "\"(#[".contains(first)) =>
+                        {
+                            found.fix(Maybe, "insert `=`", self.file(), Span::new(at, bad.span.start), " = ")
+                        }
+                        _ => found.help(format!("write `{word} {name} = ...`")),
+                    }
+                }
+                _ => return false,
+            };
         self.merged.extend(bad.map(|bad| bad.span.start));
         self.push(found);
         true
@@ -95,7 +112,8 @@ impl Finder<'_> {
     fn dash_behind_name(&mut self, before: Option<&SyntaxElement>, at: u32) -> bool {
         let Some(name) = before.filter(|before| before.kind() == SyntaxKind::Ident).map(span) else { return false };
         let rest = self.text(Span::new(at, self.source.line_span(self.source.line_index(at)).end));
-        let length = rest.find(|next: char| !(unicode_ident::is_xid_continue(next) || next == '-')).unwrap_or(rest.len());
+        let length =
+            rest.find(|next: char| !(unicode_ident::is_xid_continue(next) || next == '-')).unwrap_or(rest.len());
         let dashed = rest.get(..length).unwrap_or_default().trim_end_matches('-');
         let starts_name = dashed.strip_prefix('-').is_some_and(|rest| rest.starts_with(unicode_ident::is_xid_continue));
         if name.end != at || !starts_name {
@@ -114,8 +132,14 @@ impl Finder<'_> {
         let last = before.map(|part| part.kind());
         let word = before.map_or("", |part| self.text(span(part)));
         let after_word = || format!("missing value after `{word}`");
-        let a_name = || token(&format!("expected a name after `{word}`"), "expected a name", "");
-        let a_type = || token(&format!("expected a type after `{word}`"), "expected a type", "types are `float`, `length`, `vec3` and so on");
+        let a_name = || token(&format!("expected a name after `{word}`"), A_NAME, "");
+        let a_type = || {
+            token(
+                &format!("expected a type after `{word}`"),
+                "expected a type",
+                "types are `float`, `length`, `vec3` and so on",
+            )
+        };
         let (code, message, label, help) = match (parent.kind(), last) {
             (EqProperty, _) => return None,
             (Property | NamedArg, _) => {
@@ -124,32 +148,66 @@ impl Finder<'_> {
                     "material" => "expected a material name or a `diffuse { }` block",
                     _ => "write a value behind the colon",
                 };
-                ("E0108", format!("missing value for `{}`", key.trim_matches('"')), "expected a value", help.to_string())
+                (
+                    "E0108",
+                    format!("missing value for `{}`", key.trim_matches('"')),
+                    "expected a value",
+                    help.to_string(),
+                )
             }
-            (Like, Some(KwLike)) => ("E0108", after_word(), "expected a name", "name the node to copy".to_string()),
-            (Like, _) => token("expected `{` after what is copied", "expected `{`", "say what differs: `like white { roughness: 1 }`"),
+            (Like, Some(KwLike)) => ("E0108", after_word(), "expected a node", "name the node to copy".to_string()),
+            (Like, _) => token(
+                "expected `{` after what is copied",
+                "expected `{`",
+                "say what differs: `like white { roughness: 1 }`",
+            ),
             (LangDecl, _) => token("expected a version after `lang`", "expected a number", "write `lang 1`"),
-            (ImportDecl, Some(Names)) => token("expected `from` after the names", "expected `from`", "write `import { a, b } from \"file.kin\"`"),
+            (ImportDecl, Some(Names)) => {
+                token("expected `from` after the names", "expected `from`", "write `import { a, b } from \"file.kin\"`")
+            }
             (ImportDecl | Rename, Some(KwAs)) | (Rename, _) => a_name(),
-            (ImportDecl, _) => token("expected a file name in quotes", "expected a file name", "write `import \"lib/metals.kin\" as metals`"),
+            (ImportDecl, _) => token(
+                "expected a file name in quotes",
+                "expected a file name",
+                "write `import \"lib/metals.kin\" as metals`",
+            ),
             (LetDecl | ParamDecl | FnDecl | PrefabDecl, Some(KwLet | KwParam | KwFn | KwPrefab)) => a_name(),
             (LetDecl | ParamDecl | Formal, Some(Equals)) | (FnDecl, Some(Equals)) => value(after_word()),
             (LetDecl | ParamDecl | Formal, Some(Colon)) | (FnDecl, Some(Arrow)) => a_type(),
-            (ParamDecl, Some(KwIn)) => ("E0108", "missing range after `in`".to_string(), "expected a range", "write `in 0..1`".to_string()),
+            (ParamDecl, Some(KwIn)) => {
+                ("E0108", "missing range after `in`".to_string(), "expected a range", "write `in 0..1`".to_string())
+            }
             (LetDecl | ParamDecl, _) => token("expected `=`", "expected `=`", ""),
-            (FnDecl, Some(Ident | BadName)) => token("expected `(` after the name of a function", "expected `(`", "write `fn name(a, b) = a + b`"),
+            (FnDecl, Some(Ident | BadName)) => {
+                token("expected `(` after the name of a function", "expected `(`", "write `fn name(a, b) = a + b`")
+            }
             (FnDecl, _) => token("expected `{` or `=` after the head of a function", "expected `{` or `=`", ""),
             (PrefabDecl, _) => token("expected `{` after the head of a prefab", "expected `{`", ""),
             (ForStmt | Comp, Some(KwFor | Comma)) => a_name(),
-            (ForStmt | Comp, Some(Ident)) => token("expected `in` after the name", "expected `in`", "write `for i in 0..10`"),
-            (ForStmt | Comp, Some(KwIn)) => ("E0108", "missing list after `in`".to_string(), "expected a list or a range", "write `for i in 0..10`".to_string()),
+            (ForStmt | Comp, Some(Ident)) => {
+                token("expected `in` after the name", "expected `in`", "write `for i in 0..10`")
+            }
+            (ForStmt | Comp, Some(KwIn)) => (
+                "E0108",
+                "missing list after `in`".to_string(),
+                "expected a list or a range",
+                "write `for i in 0..10`".to_string(),
+            ),
             (Comp, Some(Colon)) => value(after_word()),
             (Comp, Some(KwIf)) => ("E0108", "missing condition after `if`".to_string(), "expected a condition", none()),
             (Comp, _) => token("expected `:` before the value", "expected `:`", "write `[for i in 0..10: i * 2]`"),
             (ForStmt, _) => token("expected `{` after the head of a loop", "expected `{`", ""),
-            (IfStmt | IfValue, Some(KwIf)) => ("E0108", "missing condition after `if`".to_string(), "expected a condition", none()),
-            (IfStmt | IfValue, Some(KwElse)) => ("E0123", "expected `{` or `if` after `else`".to_string(), "expected `{` or `if`", none()),
-            (IfValue, Some(Arm)) => token("an `if` value needs `else`", "expected `else`", "say what the value is otherwise: `else { ... }`"),
+            (IfStmt | IfValue, Some(KwIf)) => {
+                ("E0108", "missing condition after `if`".to_string(), "expected a condition", none())
+            }
+            (IfStmt | IfValue, Some(KwElse)) => {
+                ("E0123", "expected `{` or `if` after `else`".to_string(), "expected `{` or `if`", none())
+            }
+            (IfValue, Some(Arm)) => token(
+                "an `if` value needs `else`",
+                "expected `else`",
+                "say what the value is otherwise: `else { ... }`",
+            ),
             (IfStmt | IfValue, _) => token("expected `{` after the condition", "expected `{`", ""),
             (Arm, _) => value("missing value in braces".to_string()),
             (Keys, _) => token("expected `{` after `keys`", "expected `{`", "write `keys { 0s: 1, 2s: 5 }`"),
@@ -189,7 +247,24 @@ impl Finder<'_> {
 pub(super) fn is_keyword(word: &str) -> bool {
     matches!(
         word,
-        "let" | "fn" | "prefab" | "for" | "in" | "if" | "else" | "import" | "from" | "as" | "param" | "return" | "keys"
-            | "ease" | "after" | "like" | "lang" | "true" | "false"
+        "let"
+            | "fn"
+            | "prefab"
+            | "for"
+            | "in"
+            | "if"
+            | "else"
+            | "import"
+            | "from"
+            | "as"
+            | "param"
+            | "return"
+            | "keys"
+            | "ease"
+            | "after"
+            | "like"
+            | "lang"
+            | "true"
+            | "false"
     )
 }

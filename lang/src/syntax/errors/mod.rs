@@ -28,19 +28,23 @@ pub(super) struct Found {
     pub too_deep: bool,
 }
 
-/// All mistakes of a tree, in the order of the text. `stopped` is where parsing had to stop, if it had.
-pub(super) fn find(source: &Source, root: &SyntaxNode, stopped: Option<u32>) -> Found {
-    let mut finder = Finder::new(source, root, stopped);
+/// All mistakes of a tree, in the order of the text. `stopped` is where parsing had to stop, if it had; `has_bad` is
+/// whether some text could not be read.
+pub(super) fn find(source: &Source, root: &SyntaxNode, stopped: Option<u32>, has_bad: bool) -> Found {
+    let mut finder = Finder::new(source, root, stopped, has_bad);
     if let Some(offset) = stopped {
         finder.nested(Span::new(offset, offset + 1), MAX_NESTING as u32);
     }
     leaves::control_characters(&mut finder);
     let mut depth = 0u32;
+    let mut costs = Vec::new();
     let mut too_deep = false;
     for event in root.preorder_with_tokens() {
         match event {
             WalkEvent::Enter(NodeOrToken::Node(node)) => {
-                depth = depth.saturating_add(depth_cost(&node));
+                let cost = depth_cost(&node);
+                costs.push(cost);
+                depth = depth.saturating_add(cost);
                 if depth > MAX_DEPTH && !too_deep {
                     too_deep = true;
                     finder.nested(node_span(&node), MAX_DEPTH);
@@ -48,7 +52,7 @@ pub(super) fn find(source: &Source, root: &SyntaxNode, stopped: Option<u32>) -> 
                 finder.node(&node);
             }
             WalkEvent::Enter(NodeOrToken::Token(token)) => finder.token(&token),
-            WalkEvent::Leave(NodeOrToken::Node(node)) => depth = depth.saturating_sub(depth_cost(&node)),
+            WalkEvent::Leave(NodeOrToken::Node(_)) => depth = depth.saturating_sub(costs.pop().unwrap_or_default()),
             WalkEvent::Leave(NodeOrToken::Token(_)) => {}
         }
     }
@@ -71,6 +75,8 @@ struct Finder<'a> {
     lost: Option<u32>,
     /// Where something is known to be missing already.
     missing_at: Option<u32>,
+    /// The first error node or token, of whatever kind.
+    first_error: Option<Span>,
 }
 
 /// Text that no rule could read.
@@ -82,11 +88,12 @@ struct Bad {
 }
 
 impl<'a> Finder<'a> {
-    fn new(source: &'a Source, root: &SyntaxNode, stopped: Option<u32>) -> Finder<'a> {
+    fn new(source: &'a Source, root: &SyntaxNode, stopped: Option<u32>, has_bad: bool) -> Finder<'a> {
         let mut bad = BTreeMap::new();
         let mut lost = stopped;
         let mut swallowed = Vec::new();
-        for token in root.descendants_with_tokens().filter_map(|part| part.into_token()) {
+        let tokens = root.descendants_with_tokens().filter_map(|part| part.into_token());
+        for token in tokens.take_while(|_| has_bad) {
             let span = token_span(&token);
             match token.kind() {
                 SyntaxKind::BadItem | SyntaxKind::BadElem => {
@@ -105,7 +112,17 @@ impl<'a> Finder<'a> {
         }
         let lost = lost.map(|offset| source.slice(Span::new(0, offset)).trim_end().len() as u32);
         let swallowed_brace = swallowed.iter().find(|(_, sign)| *sign == '{').map(|(at, _)| *at);
-        Finder { swallowed_brace, source, found: Vec::new(), bad, merged: BTreeSet::new(), swallowed, lost, missing_at: None }
+        Finder {
+            swallowed_brace,
+            source,
+            found: Vec::new(),
+            bad,
+            merged: BTreeSet::new(),
+            swallowed,
+            lost,
+            missing_at: None,
+            first_error: None,
+        }
     }
 
     fn file(&self) -> FileId {
@@ -125,7 +142,13 @@ impl<'a> Finder<'a> {
         self.found.push((true, diagnostic));
     }
 
-    fn error(&self, code: &'static str, message: impl Into<String>, span: Span, label: impl Into<String>) -> Diagnostic {
+    fn error(
+        &self,
+        code: &'static str,
+        message: impl Into<String>,
+        span: Span,
+        label: impl Into<String>,
+    ) -> Diagnostic {
         Diagnostic::new(code, message).primary(self.file(), span, label)
     }
 
@@ -136,6 +159,11 @@ impl<'a> Finder<'a> {
     }
 
     fn finish(mut self) -> Vec<Diagnostic> {
+        // Each error node may count on another one being reported; a tree with errors must not pass for one without.
+        if let (true, Some(span)) = (self.found.is_empty(), self.first_error) {
+            let found = self.error("E0127", "unexpected text", span, "cannot be read");
+            self.push(found);
+        }
         let place = |found: &Diagnostic| found.place().map_or(0, |(_, span)| span.start);
         self.found.sort_by_key(|(urgent, found)| (self.source.line_index(place(found)), !urgent, place(found)));
         self.found.dedup_by_key(|(_, found)| self.source.line_index(place(found)));
@@ -143,6 +171,9 @@ impl<'a> Finder<'a> {
     }
 
     fn token(&mut self, token: &SyntaxToken) {
+        if token.kind().is_error() {
+            self.first_error = self.first_error.or(Some(token_span(token)));
+        }
         match token.kind() {
             SyntaxKind::BlockComment => self.block_comment(token),
             SyntaxKind::String => self.string(token),
@@ -166,6 +197,9 @@ impl<'a> Finder<'a> {
     }
 
     fn node(&mut self, node: &SyntaxNode) {
+        if node.kind().is_error() {
+            self.first_error = self.first_error.or(Some(node_span(node)));
+        }
         match node.kind() {
             SyntaxKind::Missing => self.missing(node),
             SyntaxKind::Unclosed => self.unclosed(node),

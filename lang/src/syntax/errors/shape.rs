@@ -12,10 +12,14 @@ impl Finder<'_> {
         let (Some(key), Some(equals)) = (rest.next(), rest.next()) else { return };
         let sign = span(&equals);
         let has_value = parts(node).nth(2).is_some_and(|value| value.kind() != SyntaxKind::Missing);
-        let mut found = self
-            .error("E0106", "properties use `:`, not `=`", sign, "use `:`")
-            .note("`=` is for `let`")
-            .fix(if has_value { Safe } else { Maybe }, "use `:`", self.file(), Span::new(span(&key).end, sign.end), ":");
+        let mut found =
+            self.error("E0106", "properties use `:`, not `=`", sign, "use `:`").note("`=` is for `let`").fix(
+                if has_value { Safe } else { Maybe },
+                "use `:`",
+                self.file(),
+                Span::new(span(&key).end, sign.end),
+                ":",
+            );
         if node.parent().is_some_and(|parent| parent.kind() == SyntaxKind::File) {
             found = found.help("to give a value a name, put `let` before it");
         }
@@ -43,9 +47,13 @@ impl Finder<'_> {
                 let middle = self.text(Span::new(first.end, here.start)).trim();
                 let written = format!("&& {middle} ");
                 let help = "join two comparisons with `&&`";
-                let found = self
-                    .error("E0124", "comparisons cannot be chained", here, "second comparison")
-                    .fix(Safe, help, self.file(), Span::at(here.start), written);
+                let found = self.error("E0124", "comparisons cannot be chained", here, "second comparison").fix(
+                    Safe,
+                    help,
+                    self.file(),
+                    Span::at(here.start),
+                    written,
+                );
                 return self.push(found);
             }
         }
@@ -131,9 +139,13 @@ impl Finder<'_> {
     }
 
     pub(super) fn write_else_if(&mut self, word: Span) {
-        let found = self
-            .error("E0123", "expected `{` or `if` after `else`", word, "not a word of the language")
-            .fix(Safe, "write `else if`", self.file(), word, "else if");
+        let found = self.error("E0123", "expected `{` or `if` after `else`", word, "not a word of the language").fix(
+            Safe,
+            "write `else if`",
+            self.file(),
+            word,
+            "else if",
+        );
         self.push(found);
     }
 
@@ -147,7 +159,12 @@ impl Finder<'_> {
         if let Some(next) = rest.next() {
             let place = Span::new(span(&next).start, self.source.len());
             let label = "one value is expected";
-            let found = self.error("E0127", format!("unexpected `{}` after the value", excerpt(self.text(place))), place, label);
+            let found = self.error(
+                "E0127",
+                format!("unexpected `{}` after the value", excerpt(self.text(place))),
+                place,
+                label,
+            );
             self.push_urgent(found);
         }
     }
@@ -163,9 +180,11 @@ impl Finder<'_> {
             Edit { file: self.file(), span: Span::new(start, start + 1), insert: "_".to_string() }
         });
         let edits = dashes.collect();
-        let found = self
-            .error("E0114", "`-` is not allowed in names", at, format!("in the name `{text}`"))
-            .fix_edits(Safe, format!("write `{written}`"), edits);
+        let found = self.error("E0114", "`-` is not allowed in names", at, format!("in the name `{text}`")).fix_edits(
+            Safe,
+            format!("write `{written}`"),
+            edits,
+        );
         self.push(found);
     }
 
@@ -181,7 +200,8 @@ impl Finder<'_> {
         );
         if let Some(end) = rest.find('>') {
             let inside = rest.get(1..end).unwrap_or_default();
-            let written = format!("({})", inside.split(',').map(|value| with_digit(value.trim())).collect::<Vec<_>>().join(", "));
+            let written =
+                format!("({})", inside.split(',').map(|value| with_digit(value.trim())).collect::<Vec<_>>().join(", "));
             let span = Span::new(start, start + end as u32 + 1);
             let applicability = if inside.contains(['(', '<', '"']) { Maybe } else { Safe };
             found = found.fix(applicability, format!("write `{written}`"), self.file(), span, written);

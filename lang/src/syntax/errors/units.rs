@@ -2,8 +2,8 @@
 
 /// `unit_word` of the grammar, and `%`.
 pub(super) const UNITS: &[&str] = &[
-    "mm", "ms", "min", "m", "cm", "cd", "km", "kg", "deg", "sr", "s", "rad", "turn", "ft", "f", "in", "Hz", "K", "W", "N",
-    "J", "g", "lm", "lx", "%",
+    "mm", "ms", "min", "m", "cm", "cd", "km", "kg", "deg", "sr", "s", "rad", "turn", "ft", "f", "in", "Hz", "K", "W",
+    "N", "J", "g", "lm", "lx", "%",
 ];
 
 /// Names in full, as far as their beginning tells them apart.

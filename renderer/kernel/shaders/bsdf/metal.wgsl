@@ -4,13 +4,14 @@
 /// Below this α a metal is a mirror: the lobe is too narrow for f32.
 const MIRROR_ALPHA: f32 = 1e-3;
 
-fn ggx_d(mz: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    return a2 * INV_PI / square(mz * mz * (a2 - 1.0) + 1.0);
+// From the slope of h, since 1 − cos² cancels where α is small.
+fn ggx_d(h: vec3<f32>, alpha: f32) -> f32 {
+    let slope = dot(h.xy, h.xy) / (alpha * alpha) + h.z * h.z;
+    return INV_PI / square(alpha * slope);
 }
 
 fn ggx_lambda(w: vec3<f32>, alpha: f32) -> f32 {
-    let tan_2 = max(0.0, 1.0 - w.z * w.z) / (w.z * w.z);
+    let tan_2 = dot(w.xy, w.xy) / (w.z * w.z);
     return 0.5 * (sqrt(1.0 + alpha * alpha * tan_2) - 1.0);
 }
 
@@ -24,22 +25,22 @@ fn metal_fresnel(m: Material, c: f32) -> vec3<f32> {
 
 /// f · cos.
 fn metal_eval(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
-    if wi.z <= 0.0 || wo.z <= 0.0 {
+    if wi.z <= 0.0 || wo.z <= 0.0 || m.color.w < MIRROR_ALPHA {
         return vec3<f32>(0.0);
     }
     let alpha = m.color.w;
     let h = normalize(wo + wi);
     let g2 = 1.0 / (1.0 + ggx_lambda(wo, alpha) + ggx_lambda(wi, alpha));
-    return metal_fresnel(m, dot(wi, h)) * (ggx_d(h.z, alpha) * g2 / (4.0 * wo.z));
+    return metal_fresnel(m, dot(wi, h)) * (ggx_d(h, alpha) * g2 / (4.0 * wo.z));
 }
 
 fn metal_pdf(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
-    if wi.z <= 0.0 || wo.z <= 0.0 {
+    if wi.z <= 0.0 || wo.z <= 0.0 || m.color.w < MIRROR_ALPHA {
         return 0.0;
     }
     let alpha = m.color.w;
     let h = normalize(wo + wi);
-    return ggx_d(h.z, alpha) / ((1.0 + ggx_lambda(wo, alpha)) * 4.0 * wo.z);
+    return ggx_d(h, alpha) / ((1.0 + ggx_lambda(wo, alpha)) * 4.0 * wo.z);
 }
 
 /// A normal in proportion to how much of it is seen from `wo`.
@@ -64,5 +65,5 @@ fn metal_sample(m: Material, wo: vec3<f32>, u: vec2<f32>) -> BsdfSample {
     }
     let lambda_o = ggx_lambda(wo, alpha);
     let weight = metal_fresnel(m, cos_h) * ((1.0 + lambda_o) / (1.0 + lambda_o + ggx_lambda(wi, alpha)));
-    return BsdfSample(wi, weight, ggx_d(h.z, alpha) / ((1.0 + lambda_o) * 4.0 * wo.z), 1.0);
+    return BsdfSample(wi, weight, ggx_d(h, alpha) / ((1.0 + lambda_o) * 4.0 * wo.z), 1.0);
 }

@@ -1,0 +1,180 @@
+//! What the window shows: the picture, what is wrong with the text, the timeline and the status line.
+
+use std::time::{Duration, Instant};
+
+use egui::{
+    Align, Align2, Area, CentralPanel, Color32, Frame, Id, Key, Label, Layout, Modifiers, Panel, PointerButton, Rect,
+    Response, RichText, ScrollArea, Sense, Slider, Stroke, Ui, vec2,
+};
+
+use super::model::{Gesture, Model};
+use super::shown::Shown;
+
+const BACKGROUND: Color32 = Color32::from_gray(24);
+const PANEL: Color32 = Color32::from_rgb(34, 22, 22);
+const GOOD: Color32 = Color32::from_rgb(110, 190, 110);
+const WARN: Color32 = Color32::from_rgb(230, 180, 80);
+const BAD: Color32 = Color32::from_rgb(240, 100, 90);
+/// How much nearer a wheel brings, a point of scrolling.
+const DOLLY_A_POINT: f64 = 0.002;
+
+/// What the status line says besides.
+pub struct Status<'a> {
+    /// What renders.
+    pub device: &'a str,
+    /// How long the last reload took.
+    pub reload: Option<Duration>,
+}
+
+/// Draws all of it and acts on what the user does.
+pub fn show(ui: &mut Ui, model: &mut Model, shown: Option<&mut Shown>, status: &Status<'_>, now: Instant) {
+    keys(ui, model, now);
+    Panel::bottom("status").show(ui, |ui| status_line(ui, model, shown.as_deref(), status));
+    if model.timeline.shown() {
+        Panel::bottom("timeline").show_separator_line(false).show(ui, |ui| timeline(ui, model, now));
+    }
+    CentralPanel::no_frame().show(ui, |ui| {
+        let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        ui.painter().rect_filled(area, 0.0, BACKGROUND);
+        let height = shown.and_then(|shown| shown.paint(ui, area)).unwrap_or(area.height());
+        camera(ui, model, &response, height, now);
+        findings(ui, model, area);
+        if let Some(text) = model.toast(now) {
+            toast(ui, text, area);
+        }
+    });
+}
+
+fn keys(ui: &Ui, model: &mut Model, now: Instant) {
+    if ui.egui_wants_keyboard_input() {
+        return;
+    }
+    let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+    if model.timeline.shown() {
+        if pressed(Key::Space) {
+            model.timeline.playing = !model.timeline.playing;
+        }
+        for (key, frame) in [
+            (Key::ArrowLeft, model.timeline.frame() - 1),
+            (Key::ArrowRight, model.timeline.frame() + 1),
+            (Key::Home, 0),
+            (Key::End, i64::MAX),
+        ] {
+            if pressed(key) {
+                model.seek(frame, now);
+            }
+        }
+    }
+    if pressed(Key::R) {
+        model.reset_view();
+    }
+}
+
+/// Turns drags and the wheel into gestures; `height`: of the picture, in points.
+fn camera(ui: &Ui, model: &mut Model, response: &Response, height: f32, now: Instant) {
+    let drag = (response.drag_delta() / height.max(1.0)).into();
+    let drag: [f64; 2] = <[f32; 2]>::map(drag, f64::from);
+    if drag != [0.0; 2] {
+        let shift = ui.input(|input| input.modifiers.shift);
+        if response.dragged_by(PointerButton::Middle) || (shift && response.dragged_by(PointerButton::Primary)) {
+            model.gesture(Gesture::Pan(drag), now);
+        } else if response.dragged_by(PointerButton::Primary) {
+            model.gesture(Gesture::Turn(drag), now);
+        }
+    }
+    let wheel = ui.input(|input| input.smooth_scroll_delta().y);
+    if response.hovered() && wheel != 0.0 {
+        model.gesture(Gesture::Dolly((-f64::from(wheel) * DOLLY_A_POINT).exp()), now);
+    }
+}
+
+/// What is wrong, over the picture, as long as it is wrong.
+fn findings(ui: &Ui, model: &Model, area: Rect) {
+    let mut text = model.findings.text.trim_end().to_owned();
+    if let Some(trouble) = &model.trouble {
+        text = format!("{trouble}\n\n{text}").trim_end().to_owned();
+    }
+    if text.is_empty() {
+        return;
+    }
+    let what = match model.good {
+        Some(_) => "The picture is the last good one.",
+        None => "There is no picture yet.",
+    };
+    let inner = area.shrink(12.0);
+    Area::new(Id::unique("findings")).fixed_pos(inner.min).constrain_to(inner).show(ui, |ui| {
+        Frame::new().fill(PANEL).stroke(Stroke::new(1.0, BAD)).corner_radius(4.0).inner_margin(10.0).show(ui, |ui| {
+            ui.set_width(inner.width() - 20.0);
+            ui.label(RichText::new(what).color(BAD).strong());
+            ui.separator();
+            ScrollArea::both().max_height(inner.height() * 0.6).show(ui, |ui| {
+                let text = RichText::new(text).monospace().color(Color32::from_gray(230));
+                ui.add(Label::new(text).selectable(true).extend());
+            });
+        });
+    });
+}
+
+fn toast(ui: &Ui, text: &str, area: Rect) {
+    let at = area.center_bottom() - vec2(0.0, 16.0);
+    Area::new(Id::unique("toast")).fixed_pos(at).pivot(Align2::CENTER_BOTTOM).interactable(false).show(ui, |ui| {
+        Frame::popup(ui.style()).show(ui, |ui| ui.add(Label::new(text).extend()));
+    });
+}
+
+fn timeline(ui: &mut Ui, model: &mut Model, now: Instant) {
+    ui.horizontal(|ui| {
+        let (sign, what) = if model.timeline.playing { ("⏸", "Pause (space)") } else { ("▶", "Play (space)") };
+        if ui.button(sign).on_hover_text(what).clicked() {
+            model.timeline.playing = !model.timeline.playing;
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let (frame, last) = (model.timeline.frame(), model.timeline.last_frame());
+            ui.monospace(format!("frame {frame:>3} / {last}   {:>6.2} s", model.timeline.frame_s()));
+            ui.spacing_mut().slider_width = (ui.available_width() - 8.0).max(20.0);
+            let mut chosen = frame;
+            if ui.add(Slider::new(&mut chosen, 0..=last.max(1)).show_value(false)).changed() {
+                model.seek(chosen, now);
+            }
+        });
+    });
+}
+
+fn status_line(ui: &mut Ui, model: &mut Model, shown: Option<&Shown>, status: &Status<'_>) {
+    ui.horizontal(|ui| {
+        badge(ui, model);
+        ui.separator();
+        let mut parts = Vec::new();
+        if let Some(shown) = shown {
+            let [width, height] = shown.full;
+            let preview = if shown.preview { " (preview)" } else { "" };
+            parts.push(format!("{} / {} samples{preview}", shown.samples, shown.wanted));
+            parts.push(format!("{:.1} s", shown.time.as_secs_f64()));
+            parts.push(format!("{width} × {height}"));
+        }
+        parts.push(status.device.to_owned());
+        if let Some(reload) = status.reload {
+            parts.push(format!("reloaded in {} ms", reload.as_millis()));
+        }
+        ui.add(Label::new(parts.join("  ·  ")).truncate());
+        if model.orbit.is_some() {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if ui.button("Reset view").on_hover_text("Back to the scene's camera (R)").clicked() {
+                    model.reset_view();
+                }
+            });
+        }
+    });
+}
+
+fn badge(ui: &mut Ui, model: &Model) {
+    let errors = model.findings.errors + usize::from(model.trouble.is_some());
+    let warnings = model.findings.warnings;
+    let (color, text) = match (errors, warnings) {
+        (0, 0) if model.good.is_none() => (WARN, "reading".to_owned()),
+        (0, 0) => (GOOD, "ok".to_owned()),
+        (0, _) => (WARN, crate::report::counts(0, warnings)),
+        _ => (BAD, crate::report::counts(errors, warnings)),
+    };
+    ui.label(RichText::new(format!("⏺ {text}")).color(color));
+}

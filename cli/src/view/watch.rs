@@ -1,0 +1,182 @@
+//! The thread that reads the scene: once at the start, and again whenever a file that it was read from has changed.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant, SystemTime};
+
+use notify::event::{AccessKind, AccessMode, ModifyKind};
+use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
+
+use super::folders::{concerns, folders};
+use super::settle::Settle;
+use super::stamp::{Contents, contents, dates};
+use crate::session::{self, Changes, Loaded};
+use crate::terminal;
+
+/// How often dates are looked at where the system tells of changes: a net below the net.
+const SLOW_POLL: Duration = Duration::from_secs(1);
+/// How often they are looked at where it does not.
+const FAST_POLL: Duration = Duration::from_millis(200);
+/// A file changed this shortly before it was read may have changed after it, too: clocks of file systems are coarse.
+const DATE_STEP: Duration = Duration::from_millis(10);
+
+/// A scene just read.
+pub struct Load {
+    /// What came of it; a clause where the file cannot be read at all.
+    pub loaded: Result<Loaded, String>,
+    /// When the change that caused it was first heard of; none for the first.
+    pub since: Option<Instant>,
+    /// From then until here; for the first, how long it took.
+    pub took: Duration,
+}
+
+/// What to read, and how to hear of changes.
+pub struct Watch {
+    /// The scene.
+    pub path: PathBuf,
+    /// What the command line changes in it.
+    pub changes: Changes,
+    /// Look at dates instead of asking the system.
+    pub poll: bool,
+}
+
+impl Watch {
+    /// Reads and waits, until `deliver` says that nobody listens any more.
+    pub fn run(self, deliver: impl Fn(Load) -> bool) {
+        let (sender, events) = channel();
+        let mut watcher = if self.poll { None } else { watcher(sender.clone()) };
+        let _keeps_the_channel_open: Sender<_> = sender;
+        let every = if watcher.is_some() { SLOW_POLL } else { FAST_POLL };
+
+        let mut known = Contents::new();
+        let mut change: Option<Instant> = None;
+        // Before there is a list, and where there is none: the scene itself.
+        let mut files = vec![std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone())];
+        loop {
+            let start = Instant::now();
+            let date = SystemTime::now() - DATE_STEP;
+            let loaded = session::load(&self.path, &self.changes);
+            if let Ok(loaded) = &loaded {
+                files.clone_from(&loaded.dependencies);
+            }
+            let took = change.unwrap_or(start).elapsed();
+            if !deliver(Load { loaded, since: change, took }) {
+                return;
+            }
+            rewatch(&mut watcher, &files);
+            let mut seen = dates(&files);
+            learn(&mut known, &files, date);
+            change = loop {
+                let changed = wait(&events, &files, &mut seen, every);
+                rewatch(&mut watcher, &files);
+                let now = contents(&files, &known);
+                if now != known {
+                    known = now;
+                    break Some(changed);
+                }
+            };
+        }
+    }
+}
+
+/// Adds the files that were not known before the scene was read. What may have changed since `date`, the start of the
+/// reading, stays unknown, and so counts as changed.
+fn learn(known: &mut Contents, files: &[PathBuf], date: SystemTime) {
+    let fresh = |path: &PathBuf| {
+        std::fs::metadata(path).and_then(|data| data.modified()).is_ok_and(|modified| modified >= date)
+    };
+    known.retain(|path, _| files.contains(path));
+    let new: Vec<PathBuf> = files.iter().filter(|path| !known.contains_key(*path)).cloned().collect();
+    for (path, hash) in contents(&new, &new.iter().map(|path| (path.clone(), None)).collect()) {
+        if !fresh(&path) {
+            known.insert(path, hash);
+        }
+    }
+}
+
+fn watcher(sender: Sender<notify::Result<Event>>) -> Option<RecommendedWatcher> {
+    let cannot = |error| terminal::err(&format!("cannot watch files ({error}): looking at their dates instead\n"));
+    notify::recommended_watcher(sender).map_err(cannot).ok()
+}
+
+/// Begins anew each time: a folder that was removed and made again has lost its watch.
+fn rewatch(watcher: &mut Option<RecommendedWatcher>, files: &[PathBuf]) {
+    let Some(watcher) = watcher else { return };
+    for folder in folders(files) {
+        // What cannot be watched is found by its date.
+        let _ = watcher.unwatch(&folder);
+        let _ = watcher.watch(&folder, RecursiveMode::NonRecursive);
+    }
+}
+
+/// Waits for a burst of changes to end; gives when it began.
+fn wait(
+    events: &Receiver<notify::Result<Event>>,
+    files: &[PathBuf],
+    seen: &mut Vec<Option<(SystemTime, u64)>>,
+    every: Duration,
+) -> Instant {
+    let start = Instant::now();
+    let mut burst: Option<Settle> = None;
+    loop {
+        let timeout = burst.map_or(every, |settle| settle.due().saturating_sub(start.elapsed()));
+        let happened = match events.recv_timeout(timeout) {
+            Ok(event) => event.map_or(true, |event| matters(&event, files)),
+            Err(RecvTimeoutError::Disconnected) => false,
+            Err(RecvTimeoutError::Timeout) => false,
+        };
+        if happened {
+            let now = start.elapsed();
+            burst.get_or_insert(Settle::begin(now)).event(now);
+        }
+        if let Some(settle) = burst {
+            if settle.due() <= start.elapsed() {
+                *seen = dates(files);
+                return start + settle.begun();
+            }
+        } else if !happened {
+            let now = dates(files);
+            if now != *seen {
+                *seen = now;
+                burst = Some(Settle::begin(start.elapsed()));
+            }
+        }
+    }
+}
+
+/// Whether an event may mean that a file has other contents.
+fn matters(event: &Event, files: &[PathBuf]) -> bool {
+    let kind = match event.kind {
+        EventKind::Access(AccessKind::Close(AccessMode::Write)) => true,
+        EventKind::Access(_) | EventKind::Modify(ModifyKind::Metadata(_)) => false,
+        _ => true,
+    };
+    // An event without a path says that some were lost.
+    kind && (event.paths.is_empty() || event.paths.iter().any(|path| concerns(path, files)))
+}
+
+#[cfg(test)]
+mod tests {
+    use notify::event::{CreateKind, DataChange, MetadataKind, RemoveKind, RenameMode};
+
+    use super::*;
+
+    #[test]
+    fn reading_a_file_is_no_change_of_it() {
+        let files = [PathBuf::from("/project/a.kin")];
+        for (kind, expected) in [
+            (EventKind::Access(AccessKind::Open(AccessMode::Any)), false),
+            (EventKind::Access(AccessKind::Close(AccessMode::Read)), false),
+            (EventKind::Access(AccessKind::Close(AccessMode::Write)), true),
+            (EventKind::Modify(ModifyKind::Metadata(MetadataKind::Any)), false),
+            (EventKind::Modify(ModifyKind::Data(DataChange::Any)), true),
+            (EventKind::Modify(ModifyKind::Name(RenameMode::To)), true),
+            (EventKind::Create(CreateKind::File), true),
+            (EventKind::Remove(RemoveKind::File), true),
+        ] {
+            let event = |path: &str| Event::new(kind).add_path(PathBuf::from(path));
+            assert_eq!(matters(&event("/project/a.kin"), &files), expected, "{kind:?}");
+            assert!(!matters(&event("/project/b.kin"), &files), "{kind:?} elsewhere");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! The thread that renders: it takes the newest job, shows something soon and then something better, and drops it as
+//! soon as there is a newer one.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::ColorImage;
+use kinora_renderer::{Backend, Film, Renderer, develop};
+use kinora_scene::{Look, Shutter, Still, View, World};
+
+use super::fit::limit;
+use super::pace::Pace;
+use super::slot::Slot;
+use crate::session::Loaded;
+
+/// Samples of the longest pass.
+const LONGEST_PASS: u32 = 16;
+/// Samples of a preview that nothing follows: whatever it shows is still moving.
+const PREVIEW_SAMPLES: u32 = 16;
+/// Pictures are not shown more often than this.
+const SHOW_EVERY: Duration = Duration::from_millis(100);
+
+/// A picture wanted.
+pub struct Job {
+    /// The scene.
+    pub loaded: Arc<Loaded>,
+    /// When the shutter is open.
+    pub shutter: Shutter,
+    /// Another camera than the scene's.
+    pub view: Option<View>,
+    /// Whether another job will soon follow.
+    pub moving: bool,
+    /// Longest side of a picture that the window can show, in pixels.
+    pub max_side: u32,
+    /// Which load of the scene this is.
+    pub load: u64,
+}
+
+/// A picture made.
+pub struct Picture {
+    /// Display values.
+    pub image: ColorImage,
+    /// Width and height that it has when it is no preview.
+    pub full: [u32; 2],
+    /// Samples a pixel so far.
+    pub samples: u32,
+    /// Samples a pixel when it is done.
+    pub wanted: u32,
+    /// How long these samples took.
+    pub time: Duration,
+    /// The load of [`Job::load`].
+    pub load: u64,
+}
+
+impl Picture {
+    /// Whether it is smaller than it will be.
+    pub fn preview(&self) -> bool {
+        self.image.size != self.full.map(|side| side as usize)
+    }
+}
+
+/// Why there is no picture.
+pub struct Failure {
+    /// A finding with its place, as text.
+    pub text: String,
+    /// The load of [`Job::load`].
+    pub load: u64,
+}
+
+/// Where jobs are left and pictures are fetched.
+#[derive(Default)]
+pub struct Desk {
+    /// To the thread; closed when the window is.
+    pub jobs: Slot<Job>,
+    /// From the thread.
+    pub results: Slot<Result<Picture, Failure>>,
+}
+
+/// Works until `desk.jobs` is closed; `wake` tells of every result.
+pub fn run(backend: Box<dyn Backend>, desk: &Desk, wake: &dyn Fn()) {
+    let mut worker = Worker { renderer: Renderer::new(backend), pace: Pace::default(), desk, wake };
+    while let Some(job) = desk.jobs.wait() {
+        if let Err(text) = worker.draw(&job) {
+            desk.results.put(Err(Failure { text, load: job.load }));
+            wake();
+        }
+    }
+}
+
+struct Worker<'a> {
+    renderer: Renderer,
+    pace: Pace,
+    desk: &'a Desk,
+    wake: &'a dyn Fn(),
+}
+
+impl Worker<'_> {
+    fn draw(&mut self, job: &Job) -> Result<(), String> {
+        let mut world = job.loaded.sample(job.shutter).map_err(|found| job.loaded.plain(&found))?;
+        if let Some(view) = &job.view {
+            world.view = view.clone();
+        }
+        let full = limit(world.render.resolution, job.max_side);
+        let wanted = world.render.samples;
+        if let Some(small) = self.pace.preview(full, job.moving) {
+            world.render.resolution = small;
+            let samples = if job.moving { PREVIEW_SAMPLES.min(wanted) } else { 1 };
+            if !self.refine(&world, samples, full, job)? || job.moving {
+                return Ok(());
+            }
+        }
+        world.render.resolution = full;
+        self.refine(&world, wanted, full, job).map(|_| ())
+    }
+
+    /// Adds samples up to `samples`; false if a newer job came in between.
+    fn refine(&mut self, world: &World, samples: u32, full: [u32; 2], job: &Job) -> Result<bool, String> {
+        let mut film = self.renderer.load(world).map_err(said)?;
+        let size = film.size();
+        let start = Instant::now();
+        let mut shown: Option<Instant> = None;
+        while film.samples() < samples {
+            let done = film.samples();
+            let end = done.saturating_add(self.pace.pass(size, done, LONGEST_PASS)).min(samples);
+            // However fast jobs follow each other, each shows at least its preview.
+            let preview = done == 0 && size != full;
+            let jobs = &self.desk.jobs;
+            let go_on = |_: f64| if preview { !jobs.closed() } else { !jobs.calls() };
+            let begun = Instant::now();
+            if !self.renderer.trace_pass(&mut film, end, &go_on).map_err(said)? {
+                return Ok(false);
+            }
+            self.pace.learn(size, end - done, begun.elapsed().as_secs_f64());
+            if end == samples || shown.is_none_or(|shown| shown.elapsed() >= SHOW_EVERY) {
+                let time = start.elapsed();
+                let image = displayed(&film, &world.look);
+                let wanted = world.render.samples;
+                let picture = Picture { image, full, samples: end, wanted, time, load: job.load };
+                self.desk.results.put(Ok(picture));
+                (self.wake)();
+                shown = Some(Instant::now());
+            }
+            if jobs.calls() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+fn said(error: kinora_renderer::RenderError) -> String {
+    format!("error: {error}")
+}
+
+/// The film as the screen shows it, developed on all cores.
+fn displayed(film: &Film, look: &Look<Still>) -> ColorImage {
+    let mean = film.mean();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let part = mean.len().div_ceil(cores).max(1 << 14);
+    let parts: Vec<Vec<u8>> = std::thread::scope(|scope| {
+        let develop = |pixels| develop(pixels, [0, 0], look).rgb8();
+        let threads: Vec<_> = mean.chunks(part).map(|pixels| scope.spawn(move || develop(pixels))).collect();
+        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+    });
+    let mut pixels: Vec<egui::Color32> = parts
+        .concat()
+        .chunks_exact(3)
+        .map(|c| egui::Color32::from_rgb(c[0], c[1], c[2]))
+        .collect();
+    pixels.resize(mean.len(), egui::Color32::BLACK);
+    ColorImage::new(film.size().map(|side| side as usize), pixels)
+}

@@ -1,0 +1,153 @@
+//! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
+
+mod obj;
+mod ply;
+mod shape;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use kinora_scene::{Mesh, Shape};
+
+use crate::diagnostic::Diagnostic;
+use crate::eval::limits;
+use crate::eval::machine::not_yet;
+use crate::files::{Files, resolve};
+use crate::lower::{Lowered, MeshFrom, MeshRequest};
+use crate::source::{Source, Span};
+use crate::suggest::suggest;
+
+/// Why a mesh cannot be used: a code and one clause.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AssetError {
+    /// E0801, E0803 or E0806.
+    pub code: &'static str,
+    /// What is wrong, without the file's name.
+    pub message: String,
+    /// An action.
+    pub help: &'static str,
+}
+
+impl AssetError {
+    fn unreadable(message: impl Into<String>) -> AssetError {
+        AssetError { code: "E0801", message: message.into(), help: "" }
+    }
+
+    fn unusable(message: impl Into<String>) -> AssetError {
+        AssetError { code: "E0803", message: message.into(), help: "" }
+    }
+}
+
+/// The answer to an import: the file is missing, or imports come later.
+pub fn import(files: &dyn Files, source: &Source, path: &str, span: Span) -> Diagnostic {
+    match resolve(&source.name, path).and_then(|path| files.read(&path)) {
+        Ok(_) => not_yet("`import`", source.id, span),
+        Err(error) => error.diagnostic(source.id, span),
+    }
+}
+
+/// Reads a mesh from the bytes of a file; `name` decides the format by its ending.
+///
+/// # Errors
+/// E0801 for bytes that are not such a file, E0803 for a mesh that cannot be used, E0806 for too many triangles.
+pub fn read_mesh(name: &str, bytes: &[u8]) -> Result<Mesh, AssetError> {
+    let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
+    let mut mesh = match ending.as_str() {
+        "obj" => obj::read(bytes)?,
+        "ply" => ply::read(bytes)?,
+        _ => {
+            let mut error = AssetError::unreadable("is not a mesh file this program knows");
+            error.help = "meshes are read from `.obj` and `.ply`";
+            return Err(error);
+        }
+    };
+    mesh.name = name.to_string();
+    if mesh.triangles.len() > limits::TRIANGLES {
+        let millions = mesh.triangles.len() / 1_000_000;
+        let message = format!("has {millions} M triangles, limit {} M", limits::TRIANGLES / 1_000_000);
+        return Err(AssetError { code: "E0806", message, help: "decimate it" });
+    }
+    Ok(mesh)
+}
+
+/// Checks a mesh and makes it what the scene asks for.
+fn finish(mut mesh: Mesh, smooth: Option<bool>, fit: Option<f64>) -> Result<Mesh, AssetError> {
+    mesh.validate().map_err(|error| AssetError::unusable(error.to_string()))?;
+    match smooth {
+        Some(true) => mesh.normals = shape::smooth_normals(&mesh),
+        Some(false) => mesh.normals.clear(),
+        None => shape::repair_normals(&mut mesh),
+    }
+    if let Some(length) = fit
+        && !shape::fit(&mut mesh, length)
+    {
+        return Err(AssetError::unusable("has no extent to `fit`"));
+    }
+    mesh.validate().map_err(|error| AssetError::unusable(error.to_string()))?;
+    Ok(mesh)
+}
+
+/// Puts the meshes into the scene.
+pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+    type Key = (String, Option<bool>, Option<u64>);
+    let mut known: HashMap<Key, Result<Arc<Mesh>, ()>> = HashMap::new();
+    for request in &lowered.meshes {
+        let key = match &request.from {
+            MeshFrom::File(path) => Some((path.to_string(), request.smooth, request.fit.map(f64::to_bits))),
+            MeshFrom::Lists(_) => None,
+        };
+        let before = key.as_ref().and_then(|key| known.get(key)).cloned();
+        let mesh = match before {
+            Some(mesh) => mesh,
+            None => {
+                let mesh = load(request, files, source).map(Arc::new).map_err(|diagnostic| diagnostics.push(diagnostic));
+                if let Some(key) = key {
+                    known.insert(key, mesh.clone());
+                }
+                mesh
+            }
+        };
+        if let (Ok(mesh), Some(node)) = (mesh, lowered.scene.nodes.get_mut(request.node)) {
+            node.shape = Some(Shape::Mesh(mesh));
+        }
+    }
+}
+
+fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mesh, Diagnostic> {
+    let (file, span) = (source.id, request.span);
+    let (name, mesh) = match &request.from {
+        MeshFrom::Lists(mesh) => (mesh.name.clone(), Ok(mesh.clone())),
+        MeshFrom::File(written) => {
+            let ending = written.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
+            let models = ["gltf", "glb"];
+            if ending == "stl" {
+                return Err(not_yet("meshes from `.stl`", file, span));
+            }
+            if models.contains(&ending.as_str()) {
+                return Err(Diagnostic::new("E0801", format!("`{written}` is not a mesh file"))
+                    .primary(file, span, "a whole glTF scene")
+                    .help("write `model { file: .. }`"));
+            }
+            let path = resolve(&source.name, written).map_err(|error| error.diagnostic(file, span))?;
+            let bytes = files.read(&path).map_err(|error| {
+                let diagnostic = error.diagnostic(file, span);
+                let asked = files.dependencies();
+                let known = asked.iter().filter(|file| file.found).map(|file| file.path.as_str());
+                match suggest(&path, known).first() {
+                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                    None => diagnostic,
+                }
+            })?;
+            let mesh = read_mesh(&path, &bytes);
+            (path, mesh)
+        }
+    };
+    mesh.and_then(|mesh| finish(mesh, request.smooth, request.fit)).map_err(|error| {
+        let message = match error.code {
+            "E0803" => format!("mesh `{name}`: {}", error.message),
+            _ => format!("`{name}` {}", error.message),
+        };
+        let diagnostic = Diagnostic::new(error.code, message).primary(file, span, "cannot be used");
+        if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) }
+    })
+}

@@ -1,0 +1,1091 @@
+//! Names, before anything is computed: what each one means, what is unknown, twice, unused or in the wrong place.
+//!
+//! It sees every branch and every function, called or not; the evaluator relies on it and says nothing about names.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use crate::builtin;
+use crate::diagnostic::{Applicability, Diagnostic, Edit};
+use crate::dimension;
+use crate::eval::coerce::{nearest_word, wrong_word};
+use crate::eval::expr::short_text;
+use crate::eval::items::{TYPES, kind_text, set_twice};
+use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
+use crate::source::{FileId, Source, Span};
+use crate::suggest::{all_of, suggest};
+use crate::syntax::ast::{self, Expr, ExprKind, Item, Name};
+
+/// What is wrong with the names of a file.
+pub fn resolve(file: &ast::File, source: &Source) -> Vec<Diagnostic> {
+    let mut resolver = Resolver {
+        source,
+        scopes: Vec::new(),
+        found: Vec::new(),
+        unknown: BTreeMap::new(),
+        siblings: Vec::new(),
+        lets: Vec::new(),
+        inside: Vec::new(),
+        early: Vec::new(),
+    };
+    resolver.head(file);
+    resolver.block(&file.items, Where::Top, false);
+    resolver.finish()
+}
+
+/// What a name is declared as.
+#[derive(Clone, Copy)]
+enum Declared<'a> {
+    Let(usize),
+    Param,
+    Formal,
+    Loop,
+    Fn(&'a ast::FnDecl),
+    Prefab(&'a ast::PrefabDecl),
+    Node(Option<&'static Kind>),
+    Import,
+}
+
+impl Declared<'_> {
+    fn is_variable(&self) -> bool {
+        matches!(self, Declared::Let(_) | Declared::Param | Declared::Formal | Declared::Loop)
+    }
+}
+
+struct Decl<'a> {
+    what: Declared<'a>,
+    span: Span,
+    used: bool,
+}
+
+#[derive(Default)]
+struct Names<'a> {
+    names: HashMap<&'a str, Decl<'a>>,
+    order: Vec<&'a str>,
+    /// The body of a function or prefab: it runs later than where it is written.
+    deferred: bool,
+}
+
+/// Where items stand.
+#[derive(Clone, Copy)]
+enum Where {
+    /// At the top level.
+    Top,
+    /// In a prefab or a loop.
+    Scene,
+    /// In a node.
+    Node(&'static Kind),
+    /// In a function.
+    Function,
+    /// In something that could not be read.
+    Nowhere,
+}
+
+struct Resolver<'a> {
+    source: &'a Source,
+    scopes: Vec<Names<'a>>,
+    found: Vec<Diagnostic>,
+    /// Unknown names: the first report and where else they are used.
+    unknown: BTreeMap<(String, String), (usize, Vec<Span>)>,
+    /// The properties set in the block at hand: they are not suggested.
+    siblings: Vec<&'a str>,
+    /// Which lets each let asks for.
+    lets: Vec<Vec<usize>>,
+    inside: Vec<usize>,
+    /// Uses above the `let`, which are fine where the let is in a cycle: that is reported instead.
+    early: Vec<(usize, Diagnostic)>,
+}
+
+/// What an unknown name was expected to be.
+#[derive(Clone, Copy)]
+struct Wanted {
+    what: &'static str,
+    sort: Option<Sort>,
+    words: &'static [Choice],
+    property: &'static str,
+}
+
+const VALUE: Wanted = Wanted { what: "value", sort: None, words: &[], property: "" };
+
+impl Wanted {
+    fn by(property: &'static schema::Property) -> Wanted {
+        match property.ty {
+            Type::Node(sort) => {
+                let what = match sort {
+                    Sort::Camera => "camera",
+                    Sort::Material => "material",
+                    _ => "node",
+                };
+                Wanted { what, sort: Some(sort), words: &[], property: property.name }
+            }
+            Type::Placed => Wanted { what: "node", property: property.name, ..VALUE },
+            Type::Choice(words) => Wanted { words, property: property.name, ..VALUE },
+            _ => VALUE,
+        }
+    }
+}
+
+impl<'a> Resolver<'a> {
+    fn file(&self) -> FileId {
+        self.source.id
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.found.push(diagnostic);
+    }
+
+    fn finish(mut self) -> Vec<Diagnostic> {
+        let file = self.file();
+        for (index, more) in std::mem::take(&mut self.unknown).into_values() {
+            let Some(found) = self.found.get_mut(index).filter(|_| !more.is_empty()) else { continue };
+            let count = more.len();
+            found.notes.push(format!("and {count} more use{}", if count == 1 { "" } else { "s" }));
+            for fix in &mut found.fixes {
+                let Some(insert) = fix.edits.first().map(|edit| edit.insert.clone()) else { continue };
+                fix.edits.extend(more.iter().map(|span| Edit { file, span: *span, insert: insert.clone() }));
+            }
+        }
+        let early = std::mem::take(&mut self.early);
+        for (target, diagnostic) in early {
+            if !self.reaches_itself(target) {
+                self.found.push(diagnostic);
+            }
+        }
+        self.found
+    }
+
+    fn reaches_itself(&self, target: usize) -> bool {
+        let mut seen = HashSet::new();
+        let mut open: Vec<usize> = self.lets.get(target).cloned().unwrap_or_default();
+        while let Some(here) = open.pop() {
+            if here == target {
+                return true;
+            }
+            if seen.insert(here) {
+                open.extend(self.lets.get(here).into_iter().flatten());
+            }
+        }
+        false
+    }
+
+    /// The `lang` line and the imports.
+    fn head(&mut self, file: &'a ast::File) {
+        let file_id = self.file();
+        let lang = file.items.iter().find_map(|item| match item {
+            Item::Lang(lang) => Some(lang),
+            _ => None,
+        });
+        match lang {
+            None => self.report(
+                Diagnostic::new("W0710", "no `lang` line, assuming version 1")
+                    .primary(file_id, Span::at(0), "the first line says the version")
+                    .fix(Applicability::Safe, "add `lang 1`", file_id, Span::at(0), "lang 1\n\n"),
+            ),
+            Some(lang) => {
+                if let ExprKind::Number(number) = &lang.version.kind
+                    && number.value != 1.0
+                {
+                    let version = self.source.slice(lang.version.span);
+                    let message = if number.value > 1.0 {
+                        format!("this file needs version {version}, this program knows up to 1")
+                    } else {
+                        format!("there is no version {version}")
+                    };
+                    let diagnostic = Diagnostic::new("E0709", message)
+                        .primary(file_id, lang.version.span, "not known")
+                        .help(if number.value > 1.0 { "upgrade this program" } else { "write `lang 1`" });
+                    self.report(diagnostic);
+                }
+            }
+        }
+        let mut late = false;
+        for item in &file.items {
+            match item {
+                Item::Import(import) if late => self.report(
+                    Diagnostic::new("E0707", "imports must come first")
+                        .primary(file_id, import.span, "after other items")
+                        .help("move it up, below `lang`"),
+                ),
+                Item::Import(_) | Item::Lang(_) => {}
+                _ => late = true,
+            }
+        }
+    }
+
+    fn block(&mut self, items: &'a [Item], place: Where, deferred: bool) {
+        self.scopes.push(Names { deferred, ..Names::default() });
+        self.hoist(items);
+        self.items(items, place);
+        self.leave();
+    }
+
+    /// Ends a scope: what was never used in it?
+    fn leave(&mut self) {
+        let Some(scope) = self.scopes.pop() else { return };
+        for name in &scope.order {
+            let Some(decl) = scope.names.get(name) else { continue };
+            let counts = match decl.what {
+                Declared::Let(_) | Declared::Param | Declared::Prefab(_) | Declared::Import => true,
+                Declared::Node(kind) => kind.is_some_and(|kind| kind.sort == Sort::Material),
+                _ => false,
+            };
+            if counts && !decl.used && !name.starts_with('_') {
+                let file = self.file();
+                let fix = format!("remove it, or name it `_{name}`");
+                let diagnostic = Diagnostic::new("W0201", format!("`{name}` is never used"))
+                    .primary(file, decl.span, "never used")
+                    .fix(Applicability::Safe, fix, file, decl.span, format!("_{name}"));
+                self.report(diagnostic);
+            }
+        }
+    }
+
+    fn declare(&mut self, name: &'a Name, what: Declared<'a>) {
+        let text = &*name.text;
+        let file = self.file();
+        let built_in = match what {
+            Declared::Fn(_) => builtin::find(text).is_some(),
+            Declared::Prefab(_) => schema::kind(text).is_some(),
+            Declared::Import => false,
+            _ => matches!(text, "time" | "frame") && !name.quoted,
+        };
+        if built_in {
+            let diagnostic = Diagnostic::new("E0217", format!("`{text}` is built in and cannot be redeclared"))
+                .primary(file, name.span, "already means something")
+                .help("pick another name");
+            return self.report(diagnostic);
+        }
+        if what.is_variable() {
+            if let Some(unit) = dimension::UNITS.iter().find(|unit| unit.0 == text) {
+                let quotient = dimension::Dimension::LENGTH.per(unit.2).unwrap_or_default();
+                let message =
+                    format!("`{text}` is also a unit; `3m/{text}` will be read as {}", quotient.with_article());
+                let diagnostic = Diagnostic::new("W0306", message)
+                    .primary(file, name.span, "a unit, too")
+                    .help(format!("rename it, or write `3m / {text}`"));
+                self.report(diagnostic);
+            }
+            let outer = self.scopes.iter().rev().skip(1).find_map(|scope| scope.names.get(text));
+            if let Some(outer) = outer.filter(|outer| outer.what.is_variable()) {
+                let diagnostic = Diagnostic::new("W0202", format!("`{text}` hides an earlier `{text}`"))
+                    .primary(file, name.span, "hides the other one")
+                    .label(file, outer.span, "the other one");
+                self.report(diagnostic);
+            }
+        }
+        let Some(scope) = self.scopes.last_mut() else { return };
+        if let Some(first) = scope.names.get(text) {
+            let diagnostic = Diagnostic::new("E0205", format!("`{text}` is declared twice"))
+                .primary(file, name.span, "declared again")
+                .label(file, first.span, "declared here")
+                .help("rename one");
+            self.report(diagnostic);
+            return;
+        }
+        scope.order.push(text);
+        scope.names.insert(text, Decl { what, span: name.span, used: false });
+    }
+
+    fn hoist(&mut self, items: &'a [Item]) {
+        // Prefabs first: a node's kind may be one that is declared further down.
+        for item in items {
+            match item {
+                Item::Prefab(decl) => {
+                    if let Some(name) = &decl.name {
+                        self.declare(name, Declared::Prefab(decl));
+                    }
+                }
+                Item::Import(import) => {
+                    for rename in import.names.iter().flatten() {
+                        self.declare(rename.alias.as_ref().unwrap_or(&rename.name), Declared::Import);
+                    }
+                    if let Some(alias) = &import.alias {
+                        self.declare(alias, Declared::Import);
+                    }
+                }
+                _ => {}
+            }
+        }
+        for item in items {
+            match item {
+                Item::Let(decl) => {
+                    if let Some(name) = &decl.name {
+                        let id = self.lets.len();
+                        self.lets.push(Vec::new());
+                        self.declare(name, Declared::Let(id));
+                    }
+                }
+                Item::Param(decl) => {
+                    if let Some(name) = &decl.name {
+                        self.declare(name, Declared::Param);
+                    }
+                }
+                Item::Fn(decl) => {
+                    if let Some(name) = &decl.name {
+                        self.declare(name, Declared::Fn(decl));
+                    }
+                }
+                Item::Node(node) => {
+                    if let Some(name) = &node.name {
+                        let kind = match node.kind.segments.as_slice() {
+                            [kind] if self.find(&kind.text, |d| matches!(d, Declared::Prefab(_))).is_none() => {
+                                schema::kind(&kind.text)
+                            }
+                            _ => None,
+                        };
+                        // The name of an override is a path in a model.
+                        if kind.is_none_or(|kind| kind.name != "override") {
+                            self.declare(name, Declared::Node(kind));
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The innermost declaration that `wanted` accepts: its scope, and whether a function lies in between.
+    fn find(&self, name: &str, wanted: impl Fn(&Declared<'a>) -> bool) -> Option<(usize, bool)> {
+        let mut crossed = false;
+        for (i, scope) in self.scopes.iter().enumerate().rev() {
+            if scope.names.get(name).is_some_and(|decl| wanted(&decl.what)) {
+                return Some((i, crossed));
+            }
+            crossed |= scope.deferred;
+        }
+        None
+    }
+
+    /// Finds a name and counts the use.
+    fn use_name(&mut self, name: &str, wanted: impl Fn(&Declared<'a>) -> bool) -> Option<(Declared<'a>, Span, bool)> {
+        let (scope, crossed) = self.find(name, wanted)?;
+        let decl = self.scopes.get_mut(scope)?.names.get_mut(name)?;
+        decl.used = true;
+        Some((decl.what, decl.span, crossed))
+    }
+
+    fn items(&mut self, items: &'a [Item], place: Where) {
+        let mut set: HashMap<&str, Span> = HashMap::new();
+        let names = items.iter().filter_map(|item| match item {
+            Item::Property(property) => Some(&*property.name.text),
+            _ => None,
+        });
+        let outer = std::mem::replace(&mut self.siblings, names.collect());
+        for item in items {
+            if let (Item::Property(property), Where::Node(_)) = (item, place) {
+                match set.get(&*property.name.text) {
+                    Some(first) => {
+                        let twice = set_twice(&property.name.text, self.file(), property.name.span, *first);
+                        self.report(twice);
+                    }
+                    None => {
+                        set.insert(&property.name.text, property.name.span);
+                    }
+                }
+            }
+            self.item(item, place);
+        }
+        self.siblings = outer;
+    }
+
+    fn misplaced(&mut self, message: String, span: Span, label: &str, help: &str) {
+        let mut diagnostic = Diagnostic::new("E0215", message).primary(self.file(), span, label);
+        if !help.is_empty() {
+            diagnostic = diagnostic.help(help);
+        }
+        self.report(diagnostic);
+    }
+
+    fn item(&mut self, item: &'a Item, place: Where) {
+        match item {
+            Item::Property(property) => self.property(property, place),
+            Item::Node(node) => self.node(node, Some(place)),
+            Item::Let(decl) => {
+                if let Some(ty) = &decl.ty {
+                    self.ty(ty);
+                }
+                let id = decl.name.as_ref().and_then(|name| match self.scopes.last()?.names.get(&*name.text)?.what {
+                    Declared::Let(id) => Some(id),
+                    _ => None,
+                });
+                self.inside.extend(id);
+                self.value(&decl.value, VALUE);
+                if id.is_some() {
+                    self.inside.pop();
+                }
+            }
+            Item::Param(decl) => {
+                if !matches!(place, Where::Top | Where::Nowhere) {
+                    self.misplaced("`param` must be at the top level".into(), decl.span, "not at the top level", "");
+                }
+                if let Some(ty) = &decl.ty {
+                    self.ty(ty);
+                }
+                self.value(&decl.value, VALUE);
+                if let Some(range) = &decl.range {
+                    self.value(range, VALUE);
+                }
+            }
+            Item::Fn(decl) => {
+                self.formals(&decl.params);
+                if let Some(ty) = &decl.result {
+                    self.ty(ty);
+                }
+                match &decl.body {
+                    ast::FnBody::Block(block) => self.block(&block.items, Where::Function, false),
+                    ast::FnBody::Value(value) => self.value(value, VALUE),
+                    ast::FnBody::Missing => {}
+                }
+                self.leave();
+            }
+            Item::Prefab(decl) => {
+                self.formals(&decl.params);
+                if let Some(body) = &decl.body {
+                    self.block(&body.items, Where::Scene, false);
+                }
+                self.leave();
+            }
+            Item::For(stmt) => {
+                self.value(&stmt.head.over, VALUE);
+                let inner = match place {
+                    Where::Top => Where::Scene,
+                    other => other,
+                };
+                self.scopes.push(Names::default());
+                for name in &stmt.head.names {
+                    self.declare(name, Declared::Loop);
+                }
+                if let Some(body) = &stmt.body {
+                    self.hoist(&body.items);
+                    self.items(&body.items, inner);
+                }
+                self.leave();
+            }
+            Item::If(stmt) => {
+                for (condition, block) in &stmt.arms {
+                    self.value(condition, VALUE);
+                    if let Some(block) = block {
+                        self.block(&block.items, place, false);
+                    }
+                }
+                if let Some(block) = &stmt.otherwise {
+                    self.block(&block.items, place, false);
+                }
+            }
+            Item::Return(stmt) => {
+                if !matches!(place, Where::Function | Where::Nowhere) {
+                    self.misplaced("`return` must be inside a function".into(), stmt.span, "not in a function", "");
+                }
+                self.value(&stmt.value, VALUE);
+            }
+            Item::Import(import) => {
+                if !matches!(place, Where::Top | Where::Nowhere) {
+                    self.misplaced("`import` must be at the top level".into(), import.span, "not at the top level", "");
+                }
+            }
+            Item::Lang(lang) => {
+                if !matches!(place, Where::Top | Where::Nowhere) {
+                    self.misplaced("`lang` must be at the top level".into(), lang.span, "not at the top level", "");
+                }
+            }
+            Item::Block(block) => self.block(&block.items, Where::Nowhere, false),
+        }
+    }
+
+    /// Opens the scope of a function or prefab.
+    fn formals(&mut self, formals: &'a [ast::Formal]) {
+        self.scopes.push(Names { deferred: true, ..Names::default() });
+        for formal in formals {
+            if let Some(ty) = &formal.ty {
+                self.ty(ty);
+            }
+            if let Some(default) = &formal.default {
+                self.value(default, VALUE);
+            }
+            self.declare(&formal.name, Declared::Formal);
+        }
+    }
+
+    fn ty(&mut self, ty: &'a ast::Type) {
+        for name in &ty.names {
+            if TYPES.contains(&&*name.text) {
+                continue;
+            }
+            let file = self.file();
+            let foreign = match &*name.text {
+                "number" | "double" | "f64" | "f32" | "real" => Some("float"),
+                "integer" | "i32" | "u32" | "count" => Some("int"),
+                "text" | "str" | "String" => Some("string"),
+                "colour" | "rgb" => Some("color"),
+                "vector" | "point" | "float3" => Some("vec3"),
+                "rotation" | "quaternion" => Some("quat"),
+                "boolean" => Some("bool"),
+                _ => None,
+            };
+            let near = foreign.or_else(|| suggest(&name.text, TYPES.iter().copied()).first().copied());
+            let mut diagnostic = Diagnostic::new("E0203", format!("no type named `{}` here", name.text))
+                .primary(file, name.span, "not a type");
+            diagnostic = match near {
+                Some(near) => diagnostic.fix(Applicability::Safe, format!("write `{near}`"), file, name.span, near),
+                None => diagnostic.help(format!("types are {}", all_of(TYPES.iter().copied()))),
+            };
+            self.report(diagnostic);
+        }
+    }
+
+    fn property(&mut self, property: &'a ast::Property, place: Where) {
+        let name = &*property.name.text;
+        let mut wanted = VALUE;
+        match place {
+            Where::Node(kind) => match kind.property(name) {
+                Some(row) => wanted = Wanted::by(row),
+                None => self.unknown_property(property, kind),
+            },
+            Where::Nowhere => {}
+            _ => self.misplaced(
+                format!("`{name}` must be inside a node"),
+                property.name.span,
+                "a property of nothing",
+                "write it between the braces of a node; a value of your own is `let name = value`",
+            ),
+        }
+        self.value(&property.value, wanted);
+    }
+
+    fn unknown_property(&mut self, property: &'a ast::Property, kind: &'static Kind) {
+        let name = &*property.name.text;
+        if kind.properties.is_empty() {
+            return;
+        }
+        let known: Vec<&str> = kind.all().map(|property| property.name).collect();
+        let near = suggest(name, known.iter().copied().filter(|known| !self.siblings.contains(known)));
+        let file = self.file();
+        let mut diagnostic = Diagnostic::new("E0201", format!("unknown property `{name}` on `{}`", kind.name))
+            .primary(file, property.name.span, format!("not a property of `{}`", kind.name));
+        diagnostic = match near.as_slice() {
+            [] => diagnostic.help(format!("`{}` has: {}", kind.name, known.join(", "))),
+            [only] => {
+                let text = format!("a property with a similar name exists: `{only}`");
+                diagnostic.fix(Applicability::Safe, text, file, property.name.span, *only)
+            }
+            several => diagnostic
+                .help(format!("properties with similar names exist: {}", all_of(several.iter().copied()))),
+        };
+        self.report(diagnostic);
+    }
+
+    /// A node: as an item where `place` is given, else as a value.
+    fn node(&mut self, node: &'a ast::Node, place: Option<Where>) {
+        if let Some(like) = &node.like {
+            self.value(like, VALUE);
+        }
+        let Some(first) = node.kind.segments.first() else { return };
+        if node.kind.segments.len() > 1 {
+            if self.use_name(&first.text, |decl| matches!(decl, Declared::Import)).is_none() {
+                let message = format!("no module named `{}` here", first.text);
+                let diagnostic = Diagnostic::new("E0203", message)
+                    .primary(self.file(), first.span, "not an import")
+                    .help("add `import \"file.kin\" as name`");
+                self.report(diagnostic);
+            }
+            return self.body(node, Where::Nowhere);
+        }
+        let used = self.use_name(&first.text, |decl| matches!(decl, Declared::Prefab(_) | Declared::Import));
+        match used {
+            Some((Declared::Prefab(decl), ..)) => {
+                if let Some(Where::Function) = place {
+                    self.no_node_here(first);
+                }
+                self.prefab_call(node, decl);
+            }
+            Some(_) => self.body(node, Where::Nowhere),
+            None => match schema::kind(&first.text) {
+                Some(kind) => {
+                    if let Some(place) = place {
+                        self.placement(kind, first, place);
+                    }
+                    self.body(node, Where::Node(kind));
+                }
+                None => {
+                    self.unknown_kind(first);
+                    self.body(node, Where::Nowhere);
+                }
+            },
+        }
+    }
+
+    fn body(&mut self, node: &'a ast::Node, place: Where) {
+        if let Some(body) = &node.body {
+            self.block(&body.items, place, false);
+        }
+    }
+
+    fn no_node_here(&mut self, kind: &Name) {
+        self.misplaced(
+            format!("`{}` cannot be inside a function", kind.text),
+            kind.span,
+            "a function makes values, no nodes",
+            "use a `prefab`",
+        );
+    }
+
+    fn placement(&mut self, kind: &'static Kind, name: &Name, place: Where) {
+        match (kind.place, place) {
+            (_, Where::Nowhere) => {}
+            (_, Where::Function) => self.no_node_here(name),
+            (Place::Top, Where::Top) => {}
+            (Place::Top, _) => {
+                let message = format!("`{}` must be at the top level", kind.name);
+                self.misplaced(message, name.span, "not at the top level", "");
+            }
+            (Place::Scene, Where::Top | Where::Scene) => {}
+            (Place::Scene, Where::Node(parent)) if parent.holds == Holds::Scene => {}
+            (Place::Scene, Where::Node(parent)) => {
+                let help = match kind.sort {
+                    Sort::Material => format!("write `material: {} {{ .. }}`", kind.name),
+                    _ => "write it beside, and let it move along with `parent`, or in a `group`".into(),
+                };
+                let message = format!("`{}` cannot be inside `{}`", kind.name, parent.name);
+                self.misplaced(message, name.span, "not here", &help);
+            }
+            (Place::Inside(kinds), Where::Node(parent)) => {
+                let fits = match kinds {
+                    [] => parent.sort == Sort::Shape,
+                    kinds => kinds.contains(&parent.name),
+                };
+                if !fits {
+                    self.outside(kind, kinds, name);
+                }
+            }
+            (Place::Inside(kinds), _) => self.outside(kind, kinds, name),
+        }
+    }
+
+    fn outside(&mut self, kind: &Kind, kinds: &[&str], name: &Name) {
+        let wanted = if kinds.is_empty() { "a shape".into() } else { crate::suggest::any_of(kinds.iter().copied()) };
+        self.misplaced(format!("`{}` must be inside {wanted}", kind.name), name.span, "not here", "");
+    }
+
+    /// The visible names that `wanted` accepts.
+    fn visible(&self, wanted: impl Fn(&Declared<'a>) -> bool) -> Vec<&'a str> {
+        let mut names: Vec<&str> = self
+            .scopes
+            .iter()
+            .flat_map(|scope| scope.names.iter())
+            .filter(|(_, decl)| wanted(&decl.what))
+            .map(|(name, _)| *name)
+            .collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// Counts a use of an unknown name; true for the first one, which is then to be reported.
+    fn first_use(&mut self, what: &str, name: &Name) -> bool {
+        let next = self.found.len();
+        match self.unknown.get_mut(&(what.to_string(), name.text.to_string())) {
+            Some((_, more)) => {
+                more.push(name.span);
+                false
+            }
+            None => {
+                self.unknown.insert((what.to_string(), name.text.to_string()), (next, Vec::new()));
+                true
+            }
+        }
+    }
+
+    fn unknown_kind(&mut self, name: &'a Name) {
+        if !self.first_use("kind", name) {
+            return;
+        }
+        let prefabs = self.visible(|decl| matches!(decl, Declared::Prefab(_)));
+        let known = schema::KINDS.iter().map(|kind| kind.name).chain(prefabs);
+        let file = self.file();
+        let mut diagnostic = Diagnostic::new("E0202", format!("unknown kind `{}`", name.text))
+            .primary(file, name.span, "not a kind of node");
+        diagnostic = match suggest(&name.text, known).first() {
+            Some(near) => {
+                diagnostic.fix(Applicability::Safe, format!("did you mean `{near}`?"), file, name.span, *near)
+            }
+            None => {
+                let of = |sort: Sort| {
+                    let names: Vec<&str> =
+                        schema::KINDS.iter().filter(|kind| kind.sort == sort).map(|kind| kind.name).collect();
+                    names.join(", ")
+                };
+                diagnostic
+                    .help(format!("shapes: {}, group", of(Sort::Shape)))
+                    .help(format!("materials: {}", of(Sort::Material)))
+                    .help(format!("lights: sky, {}; and render, camera", of(Sort::Light)))
+            }
+        };
+        self.report(diagnostic);
+    }
+
+    fn prefab_call(&mut self, node: &'a ast::Node, decl: &'a ast::PrefabDecl) {
+        let prefab = decl.name.as_ref().map_or("", |name| &name.text);
+        let file = self.file();
+        let mut given: HashMap<&str, Span> = HashMap::new();
+        let all: HashSet<&str> = node
+            .body
+            .iter()
+            .flat_map(|body| &body.items)
+            .filter_map(|item| match item {
+                Item::Property(property) => Some(&*property.name.text),
+                _ => None,
+            })
+            .collect();
+        for item in node.body.iter().flat_map(|body| &body.items) {
+            let Item::Property(property) = item else {
+                self.misplaced(
+                    format!("`{prefab}` takes only its parameters"),
+                    item.span(),
+                    "not a parameter",
+                    "write `name: value`",
+                );
+                continue;
+            };
+            let name = &*property.name.text;
+            if let Some(first) = given.insert(name, property.name.span) {
+                let twice = set_twice(name, file, property.name.span, first);
+                self.report(twice);
+            }
+            if !decl.params.iter().any(|formal| &*formal.name.text == name) {
+                let known: Vec<&str> = decl.params.iter().map(|formal| &*formal.name.text).collect();
+                let mut diagnostic = Diagnostic::new("E0208", format!("`{prefab}` has no parameter `{name}`"))
+                    .primary(file, property.name.span, "no such parameter")
+                    .label(file, decl.head, "declared here");
+                let free = known.iter().copied().filter(|known| !all.contains(known));
+                diagnostic = match suggest(name, free).first() {
+                    Some(near) => diagnostic.fix(
+                        Applicability::Safe,
+                        format!("did you mean `{near}`?"),
+                        file,
+                        property.name.span,
+                        *near,
+                    ),
+                    None if known.is_empty() => diagnostic.help("it takes none"),
+                    None => diagnostic.help(format!("it takes {}", all_of(known))),
+                };
+                self.report(diagnostic);
+            }
+            self.value(&property.value, VALUE);
+        }
+        if node.like.is_some() {
+            return;
+        }
+        for formal in &decl.params {
+            if formal.default.is_none() && !given.contains_key(&*formal.name.text) {
+                let name = &formal.name.text;
+                let diagnostic = Diagnostic::new("E0209", format!("`{prefab}` needs `{name}`"))
+                    .primary(file, node.kind.span, format!("`{name}` is not given"))
+                    .label(file, formal.span, "asked for here")
+                    .help(format!("add `{name}: ..`"));
+                self.report(diagnostic);
+            }
+        }
+    }
+
+    fn value(&mut self, expr: &'a Expr, wanted: Wanted) {
+        match &expr.kind {
+            ExprKind::Missing
+            | ExprKind::Number(_)
+            | ExprKind::Color(_)
+            | ExprKind::Str(_)
+            | ExprKind::Bool(_) => {}
+            ExprKind::Path(path) => self.path(path, wanted),
+            ExprKind::Tuple(items) | ExprKind::List(items) => {
+                items.iter().for_each(|item| self.value(item, VALUE));
+            }
+            ExprKind::Comp(comp) => {
+                self.value(&comp.head.over, VALUE);
+                self.scopes.push(Names::default());
+                for name in &comp.head.names {
+                    self.declare(name, Declared::Loop);
+                }
+                if let Some(condition) = &comp.condition {
+                    self.value(condition, VALUE);
+                }
+                self.value(&comp.value, VALUE);
+                self.leave();
+            }
+            ExprKind::Unary { value, .. } => self.value(value, VALUE),
+            ExprKind::Binary { first, rest } => {
+                self.value(first, VALUE);
+                rest.iter().for_each(|step| self.value(&step.value, VALUE));
+            }
+            ExprKind::Call { callee, args } => self.call(callee, args, expr.span),
+            ExprKind::Field { base, .. } => self.value(base, VALUE),
+            ExprKind::Index { base, index } => {
+                self.value(base, VALUE);
+                self.value(index, VALUE);
+            }
+            ExprKind::Node(node) => self.node(node, None),
+            ExprKind::Keys(keys) => self.keys(keys),
+            ExprKind::If(value) => {
+                for (condition, arm) in &value.arms {
+                    self.value(condition, VALUE);
+                    self.value(arm, wanted);
+                }
+                self.value(&value.otherwise, wanted);
+                self.arms(value);
+            }
+        }
+    }
+
+    /// E0312, where it can be seen without computing.
+    fn arms(&mut self, value: &'a ast::IfValue) {
+        let last = value.arms.iter().map(|(_, arm)| arm).chain([&value.otherwise]);
+        let mut first: Option<(&'static str, Span)> = None;
+        for arm in last {
+            let Some(shape) = shape(arm) else { continue };
+            match first {
+                None => first = Some((shape, arm.span)),
+                Some((before, at)) if before != shape => {
+                    let diagnostic = Diagnostic::new("E0312", "`if` arms have different types")
+                        .primary(self.file(), arm.span, format!("this is {shape}"))
+                        .label(self.file(), at, format!("this is {before}"));
+                    self.report(diagnostic);
+                    return;
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    fn keys(&mut self, keys: &'a ast::Keys) {
+        for key in &keys.keys {
+            self.value(&key.time, VALUE);
+            match &key.value {
+                ast::KeyValue::Value(value) => self.value(value, VALUE),
+                ast::KeyValue::Block(block) => {
+                    for item in &block.items {
+                        if let Item::Property(property) = item {
+                            self.value(&property.value, VALUE);
+                        }
+                    }
+                }
+            }
+            // The names of easings and of where steps jump are words, not values.
+            if let Some(Expr { kind: ExprKind::Call { callee, args }, .. }) = &key.ease {
+                let words = self.source.slice(callee.span) == "steps";
+                for arg in args.iter().take(if words { 1 } else { usize::MAX }) {
+                    self.value(&arg.value, VALUE);
+                }
+            }
+        }
+    }
+
+    fn path(&mut self, path: &'a ast::Path, wanted: Wanted) {
+        let Some(first) = path.segments.first() else { return };
+        let name = &*first.text;
+        let single = path.segments.len() == 1;
+        if single && wanted.words.iter().any(|word| word.name == name) || matches!(name, "time" | "frame") {
+            return;
+        }
+        let used = self.use_name(name, |decl| !matches!(decl, Declared::Fn(_) | Declared::Prefab(_)));
+        if let Some((what, span, crossed)) = used {
+            if let Declared::Let(id) = what {
+                if let Some(inside) = self.inside.last() {
+                    self.lets[*inside].push(id);
+                }
+                if !crossed && path.span.start < span.start {
+                    let diagnostic = Diagnostic::new("E0212", format!("`{name}` is used before its `let`"))
+                        .primary(self.file(), first.span, "used here")
+                        .label(self.file(), span, "declared here")
+                        .help("move the `let` up");
+                    self.early.push((id, diagnostic));
+                }
+            }
+            return;
+        }
+        if single && !wanted.words.is_empty() {
+            let file = self.file();
+            let diagnostic = wrong_word(&format!("`{name}`"), wanted.words, wanted.property)
+                .primary(file, first.span, "not one of its words");
+            return self.report(nearest_word(diagnostic, name, wanted.words, file, first.span));
+        }
+        self.unknown_value(first, wanted);
+    }
+
+    fn unknown_value(&mut self, name: &'a Name, wanted: Wanted) {
+        if !self.first_use(wanted.what, name) {
+            return;
+        }
+        let file = self.file();
+        let mut diagnostic = Diagnostic::new("E0203", format!("no {} named `{}` here", wanted.what, name.text))
+            .primary(file, name.span, "not found");
+        let is_function = |decl: &Declared<'_>| matches!(decl, Declared::Fn(_));
+        if self.find(&name.text, is_function).is_some() || builtin::find(&name.text).is_some() {
+            diagnostic = diagnostic.help(format!("there is a function of that name: call it, `{}(..)`", name.text));
+            return self.report(diagnostic);
+        }
+        let fits = |decl: &Declared<'_>| match (wanted.sort, decl) {
+            (_, Declared::Fn(_) | Declared::Prefab(_) | Declared::Import) => false,
+            (Some(sort), Declared::Node(Some(kind))) => kind.sort == sort,
+            (None, Declared::Node(_)) => wanted.what == "node",
+            _ => true,
+        };
+        let near = suggest(&name.text, self.visible(fits));
+        if let Some(near) = near.first() {
+            let declared = self.find(near, fits).and_then(|(scope, _)| self.scopes.get(scope)?.names.get(near));
+            let span = declared.map(|decl| decl.span);
+            let text = format!("did you mean `{near}`?");
+            diagnostic = diagnostic.fix(Applicability::Safe, text, file, name.span, *near);
+            if let Some(span) = span {
+                diagnostic = diagnostic.label(file, span, format!("`{near}` is declared here"));
+            }
+        } else if wanted.sort == Some(Sort::Material)
+            && schema::kind(&name.text).is_some_and(|kind| kind.sort == Sort::Material)
+        {
+            diagnostic = diagnostic.help(format!("write `{} {{ .. }}`", name.text));
+        }
+        self.report(diagnostic);
+    }
+
+    fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span) {
+        for arg in args {
+            self.value(&arg.value, VALUE);
+        }
+        let file = self.file();
+        let path = match &callee.kind {
+            ExprKind::Missing => return,
+            ExprKind::Path(path) => path,
+            _ => {
+                self.value(callee, VALUE);
+                let diagnostic =
+                    Diagnostic::new("E0210", "this is not a function").primary(file, callee.span, "cannot be called");
+                return self.report(diagnostic);
+            }
+        };
+        let Some(name) = path.segments.first() else { return };
+        if path.segments.len() > 1 {
+            if self.use_name(&name.text, |decl| matches!(decl, Declared::Import)).is_none() {
+                let diagnostic = Diagnostic::new("E0210", format!("no function `{}`", short_text(self.source.slice(path.span))))
+                    .primary(file, path.span, "not found");
+                self.report(diagnostic);
+            }
+            return;
+        }
+        let used = self.use_name(&name.text, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
+        match used {
+            Some((Declared::Fn(decl), ..)) => {
+                let params: Vec<(&str, bool)> =
+                    decl.params.iter().map(|formal| (&*formal.name.text, formal.default.is_some())).collect();
+                let list: Vec<&str> = params.iter().map(|param| param.0).collect();
+                let signature = format!("{}({})", name.text, list.join(", "));
+                self.arguments(&name.text, &params, false, args, span, signature, Some(decl.head));
+            }
+            Some(_) => {}
+            None => match builtin::find(&name.text) {
+                Some(function) => {
+                    let params: Vec<(&str, bool)> =
+                        function.params.iter().map(|param| (param.name, param.optional)).collect();
+                    self.arguments(&name.text, &params, function.rest, args, span, function.signature(), None);
+                }
+                None => self.unknown_function(name),
+            },
+        }
+    }
+
+    fn unknown_function(&mut self, name: &'a Name) {
+        if !self.first_use("function", name) {
+            return;
+        }
+        let file = self.file();
+        let mut diagnostic =
+            Diagnostic::new("E0210", format!("no function `{}`", name.text)).primary(file, name.span, "not found");
+        let own = self.visible(|decl| matches!(decl, Declared::Fn(_)));
+        let known = own.into_iter().chain(builtin::BUILTINS.iter().map(|function| function.name));
+        let is_prefab = self.find(&name.text, |decl| matches!(decl, Declared::Prefab(_))).is_some();
+        if is_prefab || schema::kind(&name.text).is_some() {
+            diagnostic = diagnostic.help(format!("nodes are written with braces: `{} {{ .. }}`", name.text));
+        } else if let Some(near) = suggest(&name.text, known).first() {
+            let text = format!("did you mean `{near}`?");
+            diagnostic = diagnostic.fix(Applicability::Safe, text, file, name.span, *near);
+        }
+        self.report(diagnostic);
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn arguments(
+        &mut self,
+        name: &str,
+        params: &[(&str, bool)],
+        rest: bool,
+        args: &'a [ast::Arg],
+        span: Span,
+        signature: String,
+        head: Option<Span>,
+    ) {
+        let file = self.file();
+        let plain = args.iter().filter(|arg| arg.name.is_none()).count();
+        let mut given: HashMap<&str, Span> = HashMap::new();
+        for (param, arg) in params.iter().zip(args).filter(|(_, arg)| arg.name.is_none() && !rest) {
+            given.insert(param.0, arg.span);
+        }
+        for arg in args {
+            let Some(key) = &arg.name else { continue };
+            if !params.iter().any(|param| param.0 == &*key.text) {
+                let known: Vec<&str> = params.iter().map(|param| param.0).collect();
+                let mut diagnostic = Diagnostic::new("E0208", format!("`{name}` has no parameter `{}`", key.text))
+                    .primary(file, key.span, "no such parameter");
+                if let Some(head) = head {
+                    diagnostic = diagnostic.label(file, head, "declared here");
+                }
+                diagnostic = match suggest(&key.text, known).first() {
+                    Some(near) => {
+                        let text = format!("did you mean `{near}`?");
+                        diagnostic.fix(Applicability::Safe, text, file, key.span, *near)
+                    }
+                    None => diagnostic.help(format!("it is `{signature}`")),
+                };
+                return self.report(diagnostic);
+            }
+            if let Some(first) = given.insert(&key.text, arg.span) {
+                let twice = set_twice(&key.text, file, arg.span, first);
+                return self.report(twice);
+            }
+        }
+        if rest {
+            return;
+        }
+        let missing = params.iter().any(|param| !param.1 && !given.contains_key(param.0));
+        if missing || plain > params.len() {
+            let most = params.len();
+            let least = params.iter().filter(|param| !param.1).count();
+            let takes = match (least, most) {
+                (0, 0) => "no values".to_string(),
+                (least, most) if least == most => format!("{most} value{}", if most == 1 { "" } else { "s" }),
+                (least, most) => format!("{least} to {most} values"),
+            };
+            let mut diagnostic = Diagnostic::new("E0211", format!("`{name}` takes {takes}, got {}", args.len()))
+                .primary(file, span, "")
+                .help(format!("it is `{signature}`"));
+            if let Some(head) = head {
+                diagnostic = diagnostic.label(file, head, "declared here");
+            }
+            self.report(diagnostic);
+        }
+    }
+}
+
+/// What an expression is, as far as its text alone tells. Kinds of numbers are left to the evaluator.
+fn shape(expr: &Expr) -> Option<&'static str> {
+    Some(match &expr.kind {
+        ExprKind::Number(_) => "a number",
+        ExprKind::Color(_) => "a colour",
+        ExprKind::Str(_) => "text",
+        ExprKind::Bool(_) => "true or false",
+        ExprKind::Tuple(items) => match items.len() {
+            2 => "a vector of 2 components",
+            3 => "a vector of 3 components",
+            _ => "a tuple",
+        },
+        ExprKind::List(_) | ExprKind::Comp(_) => "a list",
+        ExprKind::Unary { op: ast::UnaryOp::Neg, value, .. } => return shape(value),
+        ExprKind::Unary { .. } => "true or false",
+        ExprKind::Node(node) if schema::kind(&kind_text(node)).is_some() => "a node",
+        _ => return None,
+    })
+}

@@ -1,0 +1,21 @@
+#!/bin/sh
+# Runs every test. Installs what they need beside Rust and a C compiler: a Vulkan driver that computes on the CPU, which
+# serves as the GPU, and a display that exists in memory alone, for the viewer.
+set -eu
+cd "$(dirname "$0")/.."
+
+if command -v apt-get > /dev/null; then
+    missing=""
+    for package in mesa-vulkan-drivers xvfb; do
+        dpkg -s "$package" > /dev/null 2>&1 || missing="$missing $package"
+    done
+    if [ -n "$missing" ]; then
+        as_root=""
+        [ "$(id -u)" = 0 ] || as_root=sudo
+        $as_root apt-get update -qq
+        # shellcheck disable=SC2086
+        $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing
+    fi
+fi
+
+exec cargo test --workspace --no-fail-fast "$@"
