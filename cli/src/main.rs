@@ -44,24 +44,16 @@ const CODES: &str = "Exit codes: 0 clean, 1 the scene is at fault, 2 the program
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render one frame
     #[cfg(feature = "render")]
     Render(commands::render::Args),
-    /// Render many frames
     #[cfg(feature = "render")]
     Animate(commands::animate::Args),
-    /// Watch a scene in a window while you write it
     #[cfg(feature = "viewer")]
     View(view::Args),
-    /// Find mistakes in scenes
     Check(commands::check::Args),
-    /// Show what a scene contains
     Inspect(commands::inspect::Args),
-    /// List a scene's parameters
     Params(commands::params::Args),
-    /// Explain the code of an error or a warning
     Explain(commands::explain::Args),
-    /// Show the version and the devices
     Info(commands::info::Args),
 }
 
@@ -126,7 +118,8 @@ fn view_by_default(args: &mut Vec<OsString>) {
     let Some(first) = args.get(at) else { return };
     let path = Path::new(first);
     let known = Cli::command().get_subcommands().any(|command| first == command.get_name()) || first == "help";
-    if !known && (path.extension().is_some_and(|ending| ending == "kin") || path.is_file()) {
+    if cfg!(feature = "viewer") && !known && (path.extension().is_some_and(|ending| ending == "kin") || path.is_file())
+    {
         args.insert(at, "view".into());
     }
 }
@@ -150,8 +143,11 @@ mod tests {
     #[test]
     fn a_file_alone_is_viewed() {
         for (line, expected) in [
+            #[cfg(feature = "viewer")]
             ("kinora a.kin", "kinora view a.kin"),
+            #[cfg(feature = "viewer")]
             ("kinora --color never a.kin", "kinora --color never view a.kin"),
+            #[cfg(feature = "viewer")]
             ("kinora --color=never a.kin", "kinora --color=never view a.kin"),
             ("kinora check a.kin", "kinora check a.kin"),
             ("kinora help", "kinora help"),

@@ -19,7 +19,9 @@ fn a_clean_scene() {
 fn findings_end_in_1() {
     let folder = Folder::new();
     folder.write("a/broken.kin", BROKEN);
-    folder.run("check a/broken.kin").check(1, &["error[E0201]: unknown property `raduis`", "a/broken.kin:3:15", "1 error\n"]);
+    folder
+        .run("check a/broken.kin")
+        .check(1, &["error[E0201]: unknown property `raduis`", "a/broken.kin:3:15", "1 error\n"]);
     folder.run("check a/broken.kin --format short").check(1, &["a/broken.kin:3:15: error[E0201]: unknown property"]);
     folder.run("inspect a/broken.kin").check(1, &["E0201"]);
 }
@@ -41,9 +43,8 @@ fn json_goes_to_stdout() {
 fn the_environment_chooses_the_format() {
     let folder = Folder::new();
     folder.write("b.kin", BROKEN);
-    let run = |format: &str, line: &str| {
-        Ran::from(line, folder.command(line).env("KINORA_FORMAT", format).output().unwrap())
-    };
+    let run =
+        |format: &str, line: &str| Ran::from(line, folder.command(line).env("KINORA_FORMAT", format).output().unwrap());
     run("short", "check b.kin").check(1, &["b.kin:3:15: error[E0201]"]);
     run("json", "check b.kin --format short").check(1, &["b.kin:3:15: error[E0201]"]);
     run("xml", "check b.kin").check(2, &["KINORA_FORMAT is `xml`"]);
@@ -119,7 +120,10 @@ fn what_a_scene_contains() {
 fn parameters_are_listed_and_changed() {
     let folder = Folder::new();
     let params = "/// How large.\nparam size: float = 0.5 in 0.1..2\n";
-    folder.write("a.kin", &(HELLO.replace("radius: 50cm", "radius: size").replace("lang 1\n", &format!("lang 1\n{params}"))));
+    folder.write(
+        "a.kin",
+        &(HELLO.replace("radius: 50cm", "radius: size").replace("lang 1\n", &format!("lang 1\n{params}"))),
+    );
     let ran = folder.run("params a.kin --json").check(0, &[]);
     let list: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!(list[0]["name"], "size");

@@ -131,7 +131,8 @@ fn without_a_display_there_is_a_message() {
     fs::write(&path, scene("#ff0000")).unwrap();
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_kinora"));
     command.arg("view").arg(&path).args(["--backend", "cpu"]);
-    let output = command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").output().unwrap();
+    let output =
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").output().unwrap();
     fs::remove_file(&path).unwrap();
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(String::from_utf8_lossy(&output.stderr).contains("cannot open a window"), "{output:?}");

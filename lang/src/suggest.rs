@@ -94,8 +94,8 @@ const FOREIGN: &[(&str, &str)] = &[
     ("frames", "f"),
 ];
 
-/// The names most like `name`, best first, at most three: the same but for case, then a few typing mistakes away, then
-/// with its words in another order, then what other programs call so. Never `name` itself.
+/// The names most like `name`, best first, at most three: the same but for case, then with its words in another order,
+/// then a few typing mistakes away, then what other programs call so. Never `name` itself.
 ///
 /// ```
 /// use kinora_lang::suggest::suggest;
@@ -120,10 +120,10 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
         let near = length > 2 && distance <= (length / 3).max(1) && distance < known.chars().count();
         let rank = if candidate == lower {
             0
+        } else if words.len() > 1 && sorted_words(&candidate) == words {
+            1
         } else if near {
             distance
-        } else if words.len() > 1 && sorted_words(&candidate) == words {
-            100
         } else if FOREIGN.contains(&(lower.as_str(), known)) {
             200
         } else {
@@ -175,7 +175,7 @@ mod tests {
         check("raduis", &["radius", "position"], &["radius"]);
         check("Radius", &["radius"], &["radius"]);
         check("radius", &["radius"], &[]);
-        check("x_size", &["size_x", "size"], &["size_x"]);
+        check("x_size", &["size", "size_x"], &["size_x", "size"]);
         check("albedo", &["color", "roughness"], &["color"]);
         check("fovy", &["fov", "focus"], &["fov"]);
         check("abcd", &["abce", "abcf", "abcg", "abch"], &["abce", "abcf", "abcg"]);

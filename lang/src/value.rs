@@ -167,7 +167,9 @@ impl Value {
                 Some(value) => dimension::show(value, number.dimension),
                 None => "(moving)".into(),
             },
-            Value::Bool(value) => value.constant().map_or("(moving)", |v| if v != 0.0 { "true" } else { "false" }).into(),
+            Value::Bool(value) => {
+                value.constant().map_or("(moving)", |v| if v != 0.0 { "true" } else { "false" }).into()
+            }
             Value::Text(text) => {
                 let short: String = text.chars().take(40).collect();
                 if short.len() < text.len() { format!("\"{short}…\"") } else { format!("\"{short}\"") }

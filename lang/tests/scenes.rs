@@ -41,7 +41,7 @@ fn errors(text: &str, overrides: &Overrides) -> Vec<(&'static str, String)> {
 }
 
 /// Codes that no scene text alone can have; they are tested below or beside their code.
-const ELSEWHERE: &[&str] = &["E0413", "E0414", "E0703", "E0705", "E0711", "E0712", "E0806", "E1007"];
+const ELSEWHERE: &[&str] = &["E0305", "E0413", "E0414", "E0703", "E0705", "E0711", "E0712", "E0806", "E1003", "E1007"];
 
 #[test]
 fn cases() {
@@ -66,7 +66,8 @@ fn examples_of_codes() {
         let found = |text: &str| found(&Source::new(FileId(0), "a.kin", text));
         if !row.bad.is_empty() {
             let codes: Vec<_> = found(row.bad).iter().map(|found| found.code).collect();
-            assert_eq!(codes, [row.code], "{}", row.code);
+            // What a late import leaves unsaid is said, too.
+            assert!(codes == [row.code] || row.code == "E0707" && codes.contains(&row.code), "{}: {codes:?}", row.code);
         }
         if !row.good.is_empty() {
             assert_eq!(found(row.good), [], "{}", row.code);
@@ -112,7 +113,9 @@ fn parameters_on_the_command_line() {
 
 #[test]
 fn parameters_are_listed() {
-    let text = format!("{HEAD}/// How rough.\nparam rough: float = 0.25 in 0..1\nparam size = 20cm\nsphere {{ radius: size * rough }}");
+    let text = format!(
+        "{HEAD}/// How rough.\nparam rough: float = 0.25 in 0..1\nparam size = 20cm\nsphere {{ radius: size * rough }}"
+    );
     let params = evaluate(&text, &Overrides::default()).unwrap().params;
     let first = params.first().unwrap();
     assert_eq!((first.name.as_str(), first.ty.as_str(), first.default.as_str()), ("rough", "float", "0.25"));
@@ -127,7 +130,9 @@ fn properties_on_the_command_line() {
         let sets = sets.iter().map(|(path, value)| (path.to_string(), value.to_string())).collect();
         evaluate(text, &Overrides { sets, ..Overrides::default() })
     };
-    let text = format!("{HEAD}sphere ball {{ radius: 1, material: red }}\ndiffuse red {{ color: #f00 }}\ncamera side {{ }}\nrender {{ camera: main, samples: 3 }}");
+    let text = format!(
+        "{HEAD}sphere ball {{ radius: 1, material: red }}\ndiffuse red {{ color: #f00 }}\ncamera side {{ }}\nrender {{ camera: main, samples: 3 }}"
+    );
     let scene = set(
         &[("render.max_bounces", "2"), ("render.camera", "side"), ("render.filter", "box"), ("ball.radius", "50cm")],
         &text,
@@ -147,7 +152,12 @@ fn properties_on_the_command_line() {
         let found: Vec<_> = found.iter().map(|found| (found.code, found.message.as_str())).collect();
         assert_eq!(found, [(code, message)]);
     };
-    check("render.sampels", "2", "E0201", "`--set render.sampels=2`: unknown property `sampels` on `render`, did you mean `samples`?");
+    check(
+        "render.sampels",
+        "2",
+        "E0201",
+        "`--set render.sampels=2`: unknown property `sampels` on `render`, did you mean `samples`?",
+    );
     check("render.samples", "0", "E0401", "`--set render.samples=0`: samples must be within 1..4294967295");
     check("nothing.samples", "0", "E0203", "`--set nothing.samples=0`: no node named `nothing` here");
     check("samples", "0", "E0414", "`--set samples=0`: write `node.property=value`, for example `render.samples=16`");
@@ -166,7 +176,8 @@ fn a_camera_on_the_command_line() {
 
 #[test]
 fn samples_of_the_language() {
-    let sample = |name: &str| std::fs::read_to_string(format!("{}/tests/scenes/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let sample =
+        |name: &str| std::fs::read_to_string(format!("{}/tests/scenes/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let hello = evaluate(&sample("hello.kin"), &Overrides::default()).unwrap();
     assert_eq!((hello.scene.nodes.len(), hello.scene.materials.len(), hello.warnings.len()), (2, 2, 0));
     for name in ["cornell.kin", "dominoes.kin"] {
@@ -179,7 +190,9 @@ fn samples_of_the_language() {
 
 #[test]
 fn evaluation_is_deterministic() {
-    let text = format!("{HEAD}for i in 0..50 {{ sphere {{ position: (rand(i), noise((i * 0.3, 0, 0)), sin(time / 1s + i)) }} }}");
+    let text = format!(
+        "{HEAD}for i in 0..50 {{ sphere {{ position: (rand(i), noise((i * 0.3, 0, 0)), sin(time / 1s + i)) }} }}"
+    );
     let of = || evaluate(&text, &Overrides::default()).unwrap().scene;
     assert_eq!(of(), of());
 }
@@ -199,7 +212,30 @@ fn mutations_never_fail() {
         .iter()
         .map(|name| std::fs::read_to_string(format!("{root}/tests/scenes/{name}")).unwrap().chars().collect())
         .collect();
-    let pieces = ["time", "keys { 0s: 1 }", "(0, 1)", "-1", "1e400", "like", "{", "}", "for i in 0..9 { }", "\"", "0", "white", "main", "m", "..", "a", "#fff", "if", "1 / 0", "[1]", ",", "fn f() = f()"];
+    let pieces = [
+        "time",
+        "keys { 0s: 1 }",
+        "(0, 1)",
+        "-1",
+        "1e400",
+        "like",
+        "{",
+        "}",
+        "for i in 0..9 { }",
+        "\"",
+        "0",
+        "white",
+        "main",
+        "m",
+        "..",
+        "a",
+        "#fff",
+        "if",
+        "1 / 0",
+        "[1]",
+        ",",
+        "fn f() = f()",
+    ];
     let mut state = 7;
     for round in 0..1000 {
         let mut text = samples[round % samples.len()].clone();
@@ -224,9 +260,15 @@ fn bombs_end() {
     let groups = format!("{}{}", "group { ".repeat(100), "}".repeat(100));
     let sums = format!("sphere {{ position: ({}, 0, 0) }}", vec!["time / 1s"; 50_000].join(" + "));
     let nested = format!("sphere {{ radius: {}1{} }}", "(".repeat(120), ")".repeat(120));
-    let moving = "let many = sum([for i in 0..100000: sin(time / 1s + i)])\nsphere { position: (many, 0, 0) }".to_string();
+    let moving =
+        "let many = sum([for i in 0..100000: sin(time / 1s + i)])\nsphere { position: (many, 0, 0) }".to_string();
     let branch = "prefab tree(n: int) { sphere { }  for i in 0..9 { tree { n: n + 1 } } }\ntree { n: 0 }".to_string();
+    let fuel = "fn f(n: int) = sum([for i in 0..1000: i * n])\nlet many = [for i in 0..100000: f(i)]\nsphere { radius: many[0] }";
+    let lists = "fn double(list: list<int>, n: int) = if n == 0 { list } else { double(list + list, n - 1) }\nlet list = double([1, 2], 30)\nsphere { radius: list[0] }";
     for (name, text, expected) in [
+        ("fuel", fuel.to_string(), Some("E1003")),
+        ("lists", lists.to_string(), Some("E1004")),
+        ("nodes", "for i in 0..1000000 { sphere { }, sphere { } }".to_string(), Some("E1004")),
         ("likes", format!("{chain}diffuse d30000 {{ }}"), Some("E1001")),
         ("calls", format!("{lets}fn f30000() = 1\nsphere {{ radius: f0() }}"), Some("E1001")),
         ("parents", format!("{parents}sphere s30000 {{ }}"), None),

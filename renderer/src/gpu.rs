@@ -237,12 +237,12 @@ impl Gpu {
         let uniform = |what, bytes: &[u8]| self.buffer(what, bytes, wgpu::BufferUsages::UNIFORM);
         let params = uniform("parameters", bytemuck::bytes_of(&packed.params))?;
         let nodes = storage("nodes of the tree", &packed.node_bytes())?;
-        let triangles = storage("triangles", bytemuck::cast_slice(&packed.triangles))?;
+        let primitives = storage("primitives", bytemuck::cast_slice(&packed.primitives))?;
         let shapes = storage("shapes", bytemuck::cast_slice(&packed.shapes))?;
         let materials = storage("materials", bytemuck::cast_slice(&packed.materials))?;
         let lights = storage("lights", bytemuck::cast_slice(&packed.lights))?;
         let tables = storage("tables", bytemuck::cast_slice(&packed.tables))?;
-        let bindings = self.bind(0, &[&params, &nodes, &triangles, &shapes, &materials, &lights, &tables]);
+        let bindings = self.bind(0, &[&params, &nodes, &primitives, &shapes, &materials, &lights, &tables]);
 
         let size = packed.params.resolution;
         let film_bytes = u64::from(size.x) * u64::from(size.y) * size_of::<Vec4>() as u64;

@@ -10,7 +10,10 @@ pub fn gpu() -> Option<(wgpu::Device, wgpu::Queue)> {
     if std::env::var_os("KINORA_NO_GPU").is_some_and(|value| value == "1") {
         return None;
     }
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    // Not OpenGL: Mesa's software OpenGL had not run the construct tests after a minute, its software Vulkan needs seconds.
+    let backends = wgpu::Backends::PRIMARY;
+    let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+    let instance = wgpu::Instance::new(descriptor);
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
         .expect("no GPU adapter: install mesa-vulkan-drivers, or set KINORA_NO_GPU=1 to do without");
     let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };

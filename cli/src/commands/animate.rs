@@ -46,7 +46,8 @@ pub fn run(args: &Args) -> Outcome {
     })?;
     let listed = args.frames.as_deref().map(frames::parse).transpose()?;
     let folder = Some(pattern.folder()).filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|error| format!("cannot make the folder `{}`: {error}", folder.display()))?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder `{}`: {error}", folder.display()))?;
     // Whether the folder takes files at all.
     Target::new(&pattern.file(0))?;
     let stop = Stop::listen().map_err(|error| format!("cannot listen for Ctrl-C: {error}"))?;
@@ -92,7 +93,12 @@ pub fn run(args: &Args) -> Outcome {
     let (done, skipped) = (statistics.frames.unwrap_or(0), statistics.skipped.unwrap_or(0));
     progress.end(|| {
         let kept = if skipped > 0 { format!(", {skipped} were there") } else { String::new() };
-        format!("{}: {done} of {} frames rendered{kept}, {:.1} s", args.output.display(), frames.len(), start.elapsed().as_secs_f64())
+        format!(
+            "{}: {done} of {} frames rendered{kept}, {:.1} s",
+            args.output.display(),
+            frames.len(),
+            start.elapsed().as_secs_f64()
+        )
     });
     if args.output_flags.json {
         statistics.print()?;

@@ -54,9 +54,8 @@ pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
     let format = match (args.format, std::env::var(FORMAT)) {
         (Some(format), _) => format,
-        (None, Ok(name)) if !name.is_empty() => {
-            Format::from_str(&name, true).map_err(|_| format!("{FORMAT} is `{name}`: full, short and json are known"))?
-        }
+        (None, Ok(name)) if !name.is_empty() => Format::from_str(&name, true)
+            .map_err(|_| format!("{FORMAT} is `{name}`: full, short and json are known"))?,
         _ => Format::Full,
     };
     let files = find(&args.paths)?;
@@ -93,7 +92,10 @@ fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
 /// What is wrong in the first frame, else in the last.
 fn ends(loaded: &Loaded) -> Option<kinora_lang::diagnostic::Diagnostic> {
     let clock = loaded.scene.as_ref()?.clock;
-    [0, clock.frame_count() - 1].into_iter().find_map(|frame| loaded.sample(clock.shutter_of(frame)).err()).map(|found| *found)
+    [0, clock.frame_count() - 1]
+        .into_iter()
+        .find_map(|frame| loaded.sample(clock.shutter_of(frame)).err())
+        .map(|found| *found)
 }
 
 /// The scenes that the paths mean: files as they are, folders by what is in them.

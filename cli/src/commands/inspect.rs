@@ -34,15 +34,22 @@ fn ron(scene: &Scene) -> Result<String, String> {
 
 fn overview(scene: &Scene) -> String {
     let [width, height] = scene.render.resolution;
-    let cameras: Vec<String> = scene.cameras.iter().enumerate().map(|(at, camera)| {
-        let chosen = scene.camera == Some(at) && scene.cameras.len() > 1;
-        format!("{}{}", camera.name, if chosen { " (takes the picture)" } else { "" })
-    }).collect();
+    let cameras: Vec<String> = scene
+        .cameras
+        .iter()
+        .enumerate()
+        .map(|(at, camera)| {
+            let chosen = scene.camera == Some(at) && scene.cameras.len() > 1;
+            format!("{}{}", camera.name, if chosen { " (takes the picture)" } else { "" })
+        })
+        .collect();
     let shapes = || scene.nodes.iter().filter_map(|node| node.shape.as_ref().map(|shape| (node, shape)));
-    let triangles: usize = shapes().map(|(_, shape)| match shape {
-        Shape::Mesh(mesh) => mesh.triangles.len(),
-        _ => 0,
-    }).sum();
+    let triangles: usize = shapes()
+        .map(|(_, shape)| match shape {
+            Shape::Mesh(mesh) => mesh.triangles.len(),
+            _ => 0,
+        })
+        .sum();
     let lamps = shapes().filter(|(node, _)| scene.materials.get(node.material).is_some_and(shines)).count();
     let sky = if scene.sky.is_some() { ", a sky" } else { "" };
     let frames = scene.clock.frame_count();
@@ -53,7 +60,15 @@ fn overview(scene: &Scene) -> String {
         ("triangles", format!("{triangles} in meshes")),
         ("materials", format!("{}{}", scene.materials.len(), kinds(scene.materials.iter().map(surface)))),
         ("lights", format!("{lamps} of the shapes{sky}")),
-        ("duration", format!("{} s, {frames} frame{} at {} a second", scene.clock.duration_s, if frames == 1 { "" } else { "s" }, scene.clock.fps)),
+        (
+            "duration",
+            format!(
+                "{} s, {frames} frame{} at {} a second",
+                scene.clock.duration_s,
+                if frames == 1 { "" } else { "s" },
+                scene.clock.fps
+            ),
+        ),
     ];
     rows.into_iter().map(|(name, value)| format!("{name:<10}{value}\n")).collect()
 }

@@ -13,16 +13,12 @@ use glam::Vec3;
 
 use super::{SOFTWARE, Stamp};
 
-const REC_709: Chromaticities = Chromaticities {
-    red: Vec2(0.64, 0.33),
-    green: Vec2(0.3, 0.6),
-    blue: Vec2(0.15, 0.06),
-    white: Vec2(0.3127, 0.329),
-};
+const REC_709: Chromaticities =
+    Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) };
 
 pub(super) fn encode(radiance: &[Vec3], [width, height]: [u32; 2], stamp: &Stamp) -> Result<Vec<u8>, String> {
     let (width, height) = (width as usize, height as usize);
-    let channels = SpecificChannels::rgb(|Vec2(x, y)| {
+    let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
         let color = radiance.get(y * width + x).copied().unwrap_or_default();
         (color.x, color.y, color.z)
     });
@@ -109,9 +105,13 @@ mod tests {
         let read = exr::prelude::read_first_rgba_layer_from_file;
         let path = std::env::temp_dir().join(format!("kinora-exr-{}.exr", std::process::id()));
         std::fs::write(&path, &first).unwrap();
-        let image = read(&path, |size, _| (size.0, vec![Vec3::ZERO; size.0 * size.1]), |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            pixels[at.1 * *width + at.0] = Vec3::new(r, g, b);
-        });
+        let image = read(
+            &path,
+            |size, _| (size.0, vec![Vec3::ZERO; size.0 * size.1]),
+            |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
+                pixels[at.1 * *width + at.0] = Vec3::new(r, g, b);
+            },
+        );
         let (key, scene) = (text(&path, "kinora:frameKey"), text(&path, "kinora:scene"));
         std::fs::remove_file(&path).unwrap();
         let image = image.unwrap();

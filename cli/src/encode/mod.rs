@@ -55,9 +55,9 @@ impl Format {
             "exr" => Ok(Format::Exr),
             "hdr" => Ok(Format::Hdr),
             "jpg" | "jpeg" => Ok(Format::Jpg),
-            "mp4" | "gif" | "webm" | "apng" => {
-                Err(format!("not yet: `.{ending}` films come in a later version; write a sequence such as out/frame.####.png"))
-            }
+            "mp4" | "gif" | "webm" | "apng" => Err(format!(
+                "not yet: `.{ending}` films come in a later version; write a sequence such as out/frame.####.png"
+            )),
             "" => Err(format!("`{}` has no ending that names a format: png, exr, hdr or jpg", path.display())),
             other => Err(format!("pictures cannot be written as `.{other}`: png, exr, hdr and jpg can")),
         }

@@ -23,7 +23,10 @@ pub fn moves(scene: &Scene) -> bool {
     let cameras = scene.cameras.iter().any(camera_moves);
     let nodes = scene.nodes.iter().any(|node| {
         let place = &node.placing;
-        runs(&place.position) || runs(&place.rotation) || runs(&place.scale) || runs(&node.visible)
+        runs(&place.position)
+            || runs(&place.rotation)
+            || runs(&place.scale)
+            || runs(&node.visible)
             || matches!(&node.shape, Some(Shape::Sphere { radius_m }) if runs(radius_m))
     });
     let sky = scene.sky.as_ref().is_some_and(|sky| runs(&sky.color) || runs(&sky.strength));
@@ -40,7 +43,9 @@ fn camera_moves(camera: &Camera<Animated>) -> bool {
         Aim::Point { target, up } => runs(target) || runs(up),
         Aim::Node { up, .. } => runs(up),
     };
-    aim || runs(&camera.position) || runs(&camera.fov) || runs(&camera.aperture_m)
+    aim || runs(&camera.position)
+        || runs(&camera.fov)
+        || runs(&camera.aperture_m)
         || camera.focus_m.as_ref().is_some_and(runs)
 }
 
@@ -50,9 +55,10 @@ fn material_moves(material: &Material<Animated>) -> bool {
         Material::Metal { color, edge_tint, roughness } => runs(color) || runs(edge_tint) || runs(roughness),
         Material::Dielectric { ior, .. } => runs(ior),
         Material::Emitter { color, emission, .. } => {
-            runs(color) || match emission {
-                Emission::Radiance(value) | Emission::Power(value) => runs(value),
-            }
+            runs(color)
+                || match emission {
+                    Emission::Radiance(value) | Emission::Power(value) => runs(value),
+                }
         }
     }
 }

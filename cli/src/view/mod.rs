@@ -79,7 +79,8 @@ pub fn run(args: &Args) -> Outcome {
         picture.threads = thread::available_parallelism().map_or(1, |cores| cores.get().saturating_sub(1).max(1));
     }
     let backend = picture.open().map_err(|error| error.to_string())?;
-    let events = EventLoop::<Wake>::with_user_event().build().map_err(|error| format!("cannot open a window: {error}"))?;
+    let events =
+        EventLoop::<Wake>::with_user_event().build().map_err(|error| format!("cannot open a window: {error}"))?;
 
     let name = args.scene.file.file_name().unwrap_or(args.scene.file.as_os_str()).to_string_lossy().into_owned();
     let settings = Settings { title: format!("{name} — Kinora"), device: backend.device(), json: args.json };

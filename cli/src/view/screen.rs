@@ -33,18 +33,9 @@ impl Screen {
     /// # Errors
     /// There is none, in words.
     pub fn open(events: &ActiveEventLoop, window: Arc<Window>) -> Result<Screen, String> {
-        let display = Box::new(events.owned_display_handle());
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
-        let surface = instance.create_surface(window.clone()).map_err(|error| no_device(&error))?;
-        let request = |fallback| {
-            let options = wgpu::RequestAdapterOptions {
-                compatible_surface: Some(&surface),
-                force_fallback_adapter: fallback,
-                ..Default::default()
-            };
-            pollster::block_on(instance.request_adapter(&options))
-        };
-        let adapter = request(false).or_else(|_| request(true)).map_err(|error| no_device(&error))?;
+        // OpenGL is asked only where nothing else is there: merely looking for it prints and takes time.
+        let (instance, surface, adapter) =
+            find(wgpu::Backends::PRIMARY, events, &window).or_else(|_| find(wgpu::Backends::GL, events, &window))?;
         let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
         let (device, queue) =
@@ -81,20 +72,19 @@ impl Screen {
     pub fn paint(
         &mut self,
         shapes: &[ClippedPrimitive],
-        textures: TexturesDelta,
+        mut textures: TexturesDelta,
         pixels_per_point: f32,
         photo: bool,
     ) -> Option<Result<Image, String>> {
-        for (id, deltas) in &textures.set {
+        for (id, deltas) in textures.set.drain() {
             for delta in deltas {
-                self.egui.update_texture(&self.device, &self.queue, *id, delta);
+                self.egui.update_texture(&self.device, &self.queue, id, &delta);
             }
         }
         let size_in_pixels = [self.config.width, self.config.height];
         let screen = ScreenDescriptor { size_in_pixels, pixels_per_point };
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut commands =
-            self.egui.update_buffers(&self.device, &self.queue, &mut encoder, shapes, &screen);
+        let mut commands = self.egui.update_buffers(&self.device, &self.queue, &mut encoder, shapes, &screen);
 
         let frame = self.next_frame();
         if let Some(frame) = &frame {
@@ -111,8 +101,8 @@ impl Screen {
             self.window.pre_present_notify();
             self.queue.present(frame);
         }
-        for id in &textures.free {
-            self.egui.free_texture(id);
+        for id in textures.free.drain() {
+            self.egui.free_texture(&id);
         }
         copy.map(|copy| self.read(&copy))
     }
@@ -145,10 +135,8 @@ impl Screen {
         let view = target.create_view(&wgpu::TextureViewDescriptor::default());
         let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store };
         let color = wgpu::RenderPassColorAttachment { view: &view, resolve_target: None, ops, depth_slice: None };
-        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(color)],
-            ..Default::default()
-        });
+        let pass = encoder
+            .begin_render_pass(&wgpu::RenderPassDescriptor { color_attachments: &[Some(color)], ..Default::default() });
         self.egui.render(&mut pass.forget_lifetime(), shapes, screen);
     }
 
@@ -207,7 +195,32 @@ impl Screen {
     }
 }
 
+/// A device that can show `window`, one in software if need be.
+fn find(
+    backends: wgpu::Backends,
+    events: &ActiveEventLoop,
+    window: &Arc<Window>,
+) -> Result<(wgpu::Instance, wgpu::Surface<'static>, wgpu::Adapter), String> {
+    let display = Box::new(events.owned_display_handle());
+    let descriptor =
+        wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_with_display_handle(display) };
+    let instance = wgpu::Instance::new(descriptor);
+    let surface = instance.create_surface(window.clone()).map_err(|error| no_device(&error))?;
+    let request = |fallback| {
+        let options = wgpu::RequestAdapterOptions {
+            compatible_surface: Some(&surface),
+            force_fallback_adapter: fallback,
+            ..Default::default()
+        };
+        pollster::block_on(instance.request_adapter(&options))
+    };
+    let adapter = request(false).or_else(|_| request(true)).map_err(|error| no_device(&error))?;
+    Ok((instance, surface, adapter))
+}
+
 fn no_device(error: &dyn std::fmt::Display) -> String {
-    format!("no graphics device can show a window ({error}); on Linux, install your GPU's Vulkan driver, or \
-        mesa-vulkan-drivers to do without a GPU")
+    format!(
+        "no graphics device can show a window ({error}); on Linux, install your GPU's Vulkan driver, or \
+        mesa-vulkan-drivers to do without a GPU"
+    )
 }

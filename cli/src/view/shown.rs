@@ -63,5 +63,9 @@ impl Shown {
 }
 
 fn filter(squares: bool) -> TextureOptions {
-    if squares { TextureOptions { minification: egui::TextureFilter::Linear, ..TextureOptions::NEAREST } } else { TextureOptions::LINEAR }
+    if squares {
+        TextureOptions { minification: egui::TextureFilter::Linear, ..TextureOptions::NEAREST }
+    } else {
+        TextureOptions::LINEAR
+    }
 }

@@ -34,8 +34,7 @@ impl<T> Slot<T> {
     /// Waits for a value and takes it; none once the slot is closed.
     pub fn wait(&self) -> Option<T> {
         let waiting = |inner: &mut Inner<T>| inner.value.is_none() && !inner.closed;
-        let mut inner =
-            self.changed.wait_while(self.lock(), waiting).unwrap_or_else(PoisonError::into_inner);
+        let mut inner = self.changed.wait_while(self.lock(), waiting).unwrap_or_else(PoisonError::into_inner);
         if inner.closed { None } else { inner.value.take() }
     }
 

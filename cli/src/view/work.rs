@@ -162,11 +162,8 @@ fn displayed(film: &Film, look: &Look<Still>) -> ColorImage {
         let threads: Vec<_> = mean.chunks(part).map(|pixels| scope.spawn(move || develop(pixels))).collect();
         threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
     });
-    let mut pixels: Vec<egui::Color32> = parts
-        .concat()
-        .chunks_exact(3)
-        .map(|c| egui::Color32::from_rgb(c[0], c[1], c[2]))
-        .collect();
+    let mut pixels: Vec<egui::Color32> =
+        parts.concat().chunks_exact(3).map(|c| egui::Color32::from_rgb(c[0], c[1], c[2])).collect();
     pixels.resize(mean.len(), egui::Color32::BLACK);
     ColorImage::new(film.size().map(|side| side as usize), pixels)
 }

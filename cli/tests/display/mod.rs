@@ -58,7 +58,9 @@ impl Display {
         let (stdout, stderr) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
         std::thread::spawn({
             let lines = lines.clone();
-            move || BufReader::new(stdout).lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line))
+            move || {
+                BufReader::new(stdout).lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line))
+            }
         });
         std::thread::spawn({
             let errors = errors.clone();

@@ -100,7 +100,8 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
         let mesh = match before {
             Some(mesh) => mesh,
             None => {
-                let mesh = load(request, files, source).map(Arc::new).map_err(|diagnostic| diagnostics.push(diagnostic));
+                let mesh =
+                    load(request, files, source).map(Arc::new).map_err(|diagnostic| diagnostics.push(diagnostic));
                 if let Some(key) = key {
                     known.insert(key, mesh.clone());
                 }

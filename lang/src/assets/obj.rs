@@ -7,10 +7,17 @@ use tobj::LoadOptions;
 use super::AssetError;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
-    let options = LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let options = LoadOptions {
+        single_index: true,
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
     let mut reader = bytes;
-    let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| Ok(Default::default()))
-        .map_err(|error| AssetError::unreadable(format!("is not a valid OBJ file: {}", lower_first(&error.to_string()))))?;
+    let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| Ok(Default::default())).map_err(|error| {
+        AssetError::unreadable(format!("is not a valid OBJ file: {}", lower_first(&error.to_string())))
+    })?;
     let mut mesh = Mesh::default();
     // Attributes that only some of the models have belong to none: a mesh has one set of them.
     let with_normals = models.iter().all(|model| model.mesh.normals.len() == model.mesh.positions.len());
@@ -20,7 +27,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
         let base = u32::try_from(mesh.positions.len()).map_err(|_| AssetError::unusable("has too many vertices"))?;
         mesh.positions.extend(part.positions.as_chunks::<3>().0.iter().map(|p| Vec3::from_array(*p)));
         if with_normals {
-            mesh.normals.extend(part.normals.as_chunks::<3>().0.iter().map(|n| Vec3::from_array(*n).normalize_or_zero()));
+            mesh.normals
+                .extend(part.normals.as_chunks::<3>().0.iter().map(|n| Vec3::from_array(*n).normalize_or_zero()));
         }
         if with_uvs {
             mesh.uvs.extend(part.texcoords.as_chunks::<2>().0.iter().map(|uv| Vec2::from_array(*uv)));

@@ -1,8 +1,10 @@
 //! The Polygon File Format (Stanford), by ply-rs-bw: ascii and both binary orders; polygons become fans of triangles.
 
+use std::io::ErrorKind;
+
 use glam::{Vec2, Vec3};
 use kinora_scene::Mesh;
-use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::AssetError;
@@ -75,14 +77,15 @@ fn whole(value: f64) -> i64 {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
-    let invalid = |reason: &dyn std::fmt::Display| {
-        let text = reason.to_string();
-        let line: Vec<&str> = text.split_whitespace().take(24).collect();
-        AssetError::unreadable(format!("is not a valid PLY file: {}", line.join(" ")))
+    let invalid = |reason: &str| AssetError::unreadable(format!("is not a valid PLY file: {reason}"));
+    let unreadable = |error: &ParseError| match (error.kind(), error.line()) {
+        (ErrorKind::UnexpectedEof, _) => invalid("it ends too early"),
+        (_, Some(line)) => invalid(&format!("line {line} cannot be read")),
+        (_, None) => invalid("it cannot be read"),
     };
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(bytes);
-    let header = parser.read_header(&mut reader).map_err(|error| invalid(&error))?;
+    let header = parser.read_header(&mut reader).map_err(|error| unreadable(&error))?;
     for (name, element) in &header.elements {
         // Every element takes a byte at least, so a greater count is a lie that would only cost memory.
         if element.count > bytes.len() || element.properties.is_empty() && element.count > 0 {
@@ -93,16 +96,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
         header.elements.get(element).is_some_and(|element| element.properties.contains_key(property))
     };
     if !["x", "y", "z"].iter().all(|name| has("vertex", name)) {
-        return Err(invalid(&"its vertices have no x, y and z"));
+        return Err(invalid("its vertices have no x, y and z"));
     }
     if !has("face", "vertex_indices") && !has("face", "vertex_index") {
         return Err(AssetError::unusable("has no faces, only points"));
     }
     let with_normals = has("vertex", "nx") && has("vertex", "ny") && has("vertex", "nz");
-    let with_uvs = [("u", "v"), ("s", "t"), ("texture_u", "texture_v")]
-        .iter()
-        .any(|(u, v)| has("vertex", u) && has("vertex", v));
-    let payload = parser.read_payload(&mut reader, &header).map_err(|error| invalid(&error))?;
+    let with_uvs =
+        [("u", "v"), ("s", "t"), ("texture_u", "texture_v")].iter().any(|(u, v)| has("vertex", u) && has("vertex", v));
+    let payload = parser.read_payload(&mut reader, &header).map_err(|error| unreadable(&error))?;
     let vertices = payload.get("vertex").map_or(&[][..], Vec::as_slice);
     let mut mesh = Mesh { positions: vertices.iter().map(|vertex| vertex.position).collect(), ..Mesh::default() };
     if with_normals {

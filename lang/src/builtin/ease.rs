@@ -53,9 +53,8 @@ pub fn named(name: &str) -> Option<Ease> {
 
 /// Every name that [`named`] knows.
 pub fn names() -> Vec<String> {
-    let penner = FAMILIES
-        .iter()
-        .flat_map(|(family, _)| DIRECTIONS.iter().map(move |(prefix, _)| format!("{prefix}{family}")));
+    let penner =
+        FAMILIES.iter().flat_map(|(family, _)| DIRECTIONS.iter().map(move |(prefix, _)| format!("{prefix}{family}")));
     CSS.iter().map(|row| row.0.to_string()).chain(penner).collect()
 }
 

@@ -107,6 +107,12 @@ impl<'c> Call<'c> {
         }
     }
 
+    /// Whether every known number in the arguments is finite.
+    pub fn finite_arguments(&self) -> bool {
+        let given = self.given.iter().filter_map(|given| given.0.as_ref());
+        given.chain(self.rest.iter().map(|given| &given.0)).all(|value| self.finite(value))
+    }
+
     fn value(&self, index: usize) -> Option<Value> {
         self.given.get(index).and_then(|given| given.0.clone())
     }

@@ -109,7 +109,10 @@ impl<'a> Machine<'a> {
             return None;
         }
         if property.since == Since::Default && !is_default(&data, property) {
-            self.later(&format!("`{}` of `{}` other than {}", property.name, site.kind.name, default_text(property)), site.name);
+            self.later(
+                &format!("`{}` of `{}` other than {}", property.name, site.kind.name, default_text(property)),
+                site.name,
+            );
             return None;
         }
         Some(data)
@@ -204,8 +207,11 @@ impl<'a> Machine<'a> {
     }
 
     fn wrong_count(&mut self, expected: usize, found: usize, span: Span) {
-        let diagnostic = Diagnostic::new("E0306", format!("expected {expected} components, found {found}"))
-            .primary(self.file(), span, format!("{found} component{}", if found == 1 { "" } else { "s" }));
+        let diagnostic = Diagnostic::new("E0306", format!("expected {expected} components, found {found}")).primary(
+            self.file(),
+            span,
+            format!("{found} component{}", if found == 1 { "" } else { "s" }),
+        );
         self.report(diagnostic);
     }
 
@@ -234,7 +240,9 @@ impl<'a> Machine<'a> {
                 let text = format!("srgb{}", self.text(span));
                 let tuple = matches!(site.expr.kind, ExprKind::Tuple(_)) && whole;
                 diagnostic = match tuple {
-                    true => diagnostic.fix(Applicability::Maybe, format!("write `{}`", short_text(&text)), file, span, text),
+                    true => {
+                        diagnostic.fix(Applicability::Maybe, format!("write `{}`", short_text(&text)), file, span, text)
+                    }
                     false => diagnostic.help("make a colour of it: `srgb(r, g, b)`"),
                 };
             }
@@ -283,8 +291,11 @@ impl<'a> Machine<'a> {
                 other => {
                     let found = self.describe(other);
                     let wanted = dimension.with_article();
-                    let diagnostic = Diagnostic::new("E0301", format!("expected {wanted}, found {found}"))
-                        .primary(self.file(), place, format!("this is {found}"));
+                    let diagnostic = Diagnostic::new("E0301", format!("expected {wanted}, found {found}")).primary(
+                        self.file(),
+                        place,
+                        format!("this is {found}"),
+                    );
                     self.report(diagnostic);
                     failed = true;
                 }
@@ -318,7 +329,9 @@ impl<'a> Machine<'a> {
         }
         let (wanted, found) = (dimension.with_article(), number.dimension.with_article());
         let is = match site.property.ty {
-            Type::Vec3(..) | Type::Vec2(..) | Type::Target => format!("each component of `{}` is {wanted}", site.property.name),
+            Type::Vec3(..) | Type::Vec2(..) | Type::Target => {
+                format!("each component of `{}` is {wanted}", site.property.name)
+            }
             _ => format!("`{}` is {wanted}", site.property.name),
         };
         let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}"))
@@ -341,11 +354,15 @@ impl<'a> Machine<'a> {
             other => (format!("{} needs a unit", other.with_article()), other.unit()),
         };
         let text = self.text(span);
-        let mut diagnostic = Diagnostic::new("E0304", message).primary(self.file(), span, match dimension {
-            Dimension::ANGLE => "an angle without a unit".into(),
-            Dimension::TIME => "a time without a unit".into(),
-            other => format!("{} without a unit", other.with_article()),
-        });
+        let mut diagnostic = Diagnostic::new("E0304", message).primary(
+            self.file(),
+            span,
+            match dimension {
+                Dimension::ANGLE => "an angle without a unit".into(),
+                Dimension::TIME => "a time without a unit".into(),
+                other => format!("{} without a unit", other.with_article()),
+            },
+        );
         diagnostic = match literal {
             true => {
                 let file = self.file();
@@ -412,7 +429,11 @@ impl<'a> Machine<'a> {
         };
         let diagnostic = Diagnostic::new("E0204", format!("{name} is {is}, expected {wanted}"))
             .primary(self.file(), span, format!("expected {wanted}"))
-            .label(self.file(), ast.name.as_ref().map_or(ast.kind.span, |name| name.span), format!("{is}, declared here"));
+            .label(
+                self.file(),
+                ast.name.as_ref().map_or(ast.kind.span, |name| name.span),
+                format!("{is}, declared here"),
+            );
         self.report(diagnostic);
         None
     }
@@ -422,8 +443,9 @@ impl<'a> Machine<'a> {
         for item in items.iter() {
             let Some(numbers) = item.numbers() else {
                 let found = self.describe(item);
-                let diagnostic = Diagnostic::new("E0301", format!("expected a vector of {count} components, found {found}"))
-                    .primary(self.file(), span, "in this list");
+                let diagnostic =
+                    Diagnostic::new("E0301", format!("expected a vector of {count} components, found {found}"))
+                        .primary(self.file(), span, "in this list");
                 self.report(diagnostic);
                 return None;
             };
@@ -435,8 +457,11 @@ impl<'a> Machine<'a> {
             for (to, number) in row.iter_mut().zip(&numbers) {
                 if !number.dimension.is_none() && number.dimension != dimension {
                     let (wanted, found) = (dimension.with_article(), number.dimension.with_article());
-                    let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}"))
-                        .primary(self.file(), span, "in this list");
+                    let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}")).primary(
+                        self.file(),
+                        span,
+                        "in this list",
+                    );
                     self.report(diagnostic);
                     return None;
                 }
@@ -465,8 +490,9 @@ impl<'a> Machine<'a> {
                     (_, Some(letter), _) => format!("{}.{letter}", site.property.name),
                 };
                 let what = if value.is_nan() { "NaN" } else { "infinite" };
+                let place = if parts.len() > 1 && span == site.expr.span { site.component(i) } else { span };
                 let mut diagnostic = Diagnostic::new("E0403", format!("`{name}` is not a finite number ({what})"))
-                    .primary(self.file(), span, format!("this comes to {what}"));
+                    .primary(self.file(), place, format!("this comes to {what}"));
                 if let Some(origin) = self.not_finite {
                     let line = self.source.position(origin.start).line;
                     let text = short_text(self.text(origin));
@@ -480,6 +506,7 @@ impl<'a> Machine<'a> {
             None => true,
             Some((code, message, index, help)) => {
                 let place = match parts.len() {
+                    _ if site.property.check == Check::Direction => span,
                     1 => span,
                     _ if span == site.expr.span => site.component(index),
                     _ => span,
@@ -528,7 +555,7 @@ impl<'a> Machine<'a> {
             Check::Ratio => {
                 let index = find(&|v| !(0.0..=1.0).contains(&v))?;
                 let value = parts.get(index)?.constant()?;
-                let help = match value > 1.0 && value <= 100.0 {
+                let help = match (2.0..=100.0).contains(&value) {
                     true => format!("did you mean `{}%`?", short(value)),
                     false => String::new(),
                 };
@@ -578,7 +605,8 @@ impl<'a> Machine<'a> {
 /// E0301 for a word that a property does not take.
 pub fn wrong_word(found: &str, choices: &'static [Choice], property: &str) -> Diagnostic {
     let list = any_of(choices.iter().map(|choice| choice.name));
-    Diagnostic::new("E0301", format!("expected {list}, found {found}")).note(format!("`{property}` is one of these words"))
+    Diagnostic::new("E0301", format!("expected {list}, found {found}"))
+        .note(format!("`{property}` is one of these words"))
 }
 
 /// Adds the word that was probably meant.
@@ -602,9 +630,7 @@ fn is_default(data: &Data, property: &Property) -> bool {
         (Data::Parts(parts), Default::Two(two)) => {
             parts.iter().zip(two).all(|(part, value)| *part == Scalar::Const(value))
         }
-        (Data::Parts(parts), Default::Bool(value)) => {
-            parts.first() == Some(&Scalar::Const(f64::from(u8::from(value))))
-        }
+        (Data::Parts(parts), Default::Bool(value)) => parts.first() == Some(&Scalar::Const(f64::from(u8::from(value)))),
         (Data::Word(word), Default::Word(default)) => *word == default,
         _ => false,
     }

@@ -280,7 +280,11 @@ impl<'a> Machine<'a> {
         if around != span {
             diagnostic = diagnostic.label(self.file(), around, "decides it here");
         }
-        self.report(diagnostic.help("animate `visible` instead"));
+        let diagnostic = match what {
+            "the number of nodes" => diagnostic.help("animate `visible` instead"),
+            _ => diagnostic,
+        };
+        self.report(diagnostic);
     }
 
     /// The value of a condition as a number, if it is one.
@@ -363,12 +367,8 @@ impl<'a> Machine<'a> {
                 })
             }
             (Value::Bool(a), Value::Bool(b)) => Value::Bool(graph.select(condition, *a, *b)),
-            (Value::Color(a), Value::Color(b)) => {
-                Value::Color([0, 1, 2].map(|i| graph.select(condition, a[i], b[i])))
-            }
-            (Value::Turn(a), Value::Turn(b)) => {
-                Value::Turn([0, 1, 2, 3].map(|i| graph.select(condition, a[i], b[i])))
-            }
+            (Value::Color(a), Value::Color(b)) => Value::Color([0, 1, 2].map(|i| graph.select(condition, a[i], b[i]))),
+            (Value::Turn(a), Value::Turn(b)) => Value::Turn([0, 1, 2, 3].map(|i| graph.select(condition, a[i], b[i]))),
             (Value::Tuple(a), Value::Tuple(b)) if a.len() == b.len() => {
                 let items: Option<Vec<Value>> =
                     a.iter().zip(b.iter()).map(|(a, b)| self.select(condition, a, b)).collect();
@@ -431,9 +431,9 @@ impl<'a> Machine<'a> {
                         let column: Option<Vec<_>> = keys
                             .iter()
                             .map(|key| match &key.value {
-                                Value::Tuple(items) => {
-                                    items.get(i).map(|item| crate::value::KeyItem { value: item.clone(), ..key.clone() })
-                                }
+                                Value::Tuple(items) => items
+                                    .get(i)
+                                    .map(|item| crate::value::KeyItem { value: item.clone(), ..key.clone() }),
                                 _ => None,
                             })
                             .collect();
@@ -486,9 +486,7 @@ impl<'a> Machine<'a> {
     fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span, env: &Env<'a>) -> Value {
         let ExprKind::Path(path) = &callee.kind else { return Value::Error };
         let [name] = path.segments.as_slice() else { return Value::Error };
-        if let Some((scope, Binding::Fn(decl))) =
-            env.find(&name.text, |binding| matches!(binding, Binding::Fn(_)))
-        {
+        if let Some((scope, Binding::Fn(decl))) = env.find(&name.text, |binding| matches!(binding, Binding::Fn(_))) {
             return self.call_fn(decl, &scope, args, span, env);
         }
         let Some(function) = builtin::find(&name.text) else { return Value::Error };
@@ -520,8 +518,9 @@ impl<'a> Machine<'a> {
             return Value::Error;
         }
         let mut call = Call::new(&mut self.graph, function, given, more, self.source.id, span);
+        let before = call.finite_arguments();
         let value = (function.run)(&mut call);
-        let finite = call.finite(&value);
+        let finite = !before || call.finite(&value);
         let problems = std::mem::take(&mut call.problems);
         if !finite {
             self.not_finite = Some(span);
@@ -548,10 +547,11 @@ impl<'a> Machine<'a> {
         let Some((inner, values)) = self.bind(&decl.params, given, scope) else { return Value::Error };
         if self.calls >= limits::CALLS {
             self.endless.insert(decl.head);
-            let diagnostic = Diagnostic::new("E1001", format!("`{name}` calls itself more than {} times", limits::CALLS))
-                .primary(self.file(), span, "one call too many")
-                .label(self.file(), decl.head, "declared here")
-                .help("add a condition that stops it");
+            let diagnostic =
+                Diagnostic::new("E1001", format!("`{name}` calls itself more than {} times", limits::CALLS))
+                    .primary(self.file(), span, "one call too many")
+                    .label(self.file(), decl.head, "declared here")
+                    .help("add a condition that stops it");
             return self.error(diagnostic);
         }
         self.calls += 1;
@@ -633,9 +633,7 @@ impl<'a> Machine<'a> {
             sets.iter().find_map(|set| set.chars().take(count).position(|known| known == letter))
         };
         let (parts, sets, what): (Vec<Value>, &[&str], String) = match &value {
-            Value::Tuple(items) => {
-                (items.to_vec(), &["xyzw", "rgba", "uv"], format!("vec{}", items.len()))
-            }
+            Value::Tuple(items) => (items.to_vec(), &["xyzw", "rgba", "uv"], format!("vec{}", items.len())),
             Value::Color(channels) => {
                 (channels.iter().map(|channel| Value::number(*channel)).collect(), &["rgb"], "color".into())
             }
@@ -654,9 +652,7 @@ impl<'a> Machine<'a> {
             Some(mut picked) if picked.len() == 1 => picked.pop().unwrap_or(Value::Error),
             Some(picked) if (2..=4).contains(&picked.len()) => Value::Tuple(picked.into()),
             _ => {
-                let list = |set: &&str| {
-                    set.chars().take(parts.len()).map(String::from).collect::<Vec<_>>().join(" ")
-                };
+                let list = |set: &&str| set.chars().take(parts.len()).map(String::from).collect::<Vec<_>>().join(" ");
                 let has = sets.iter().map(list).collect::<Vec<_>>().join(", ");
                 let diagnostic = Diagnostic::new("E0214", format!("`{what}` has no field `{letters}`"))
                     .primary(self.file(), name.span, "no such field")
@@ -700,8 +696,14 @@ impl<'a> Machine<'a> {
             format!("list has {} item{}, index {}", items.len(), if items.len() == 1 { "" } else { "s" }, at),
         )
         .primary(self.file(), span, "there is no such item")
-        .label(self.file(), base_span, format!("{} items", items.len()));
-        if !items.is_empty() {
+        .label(
+            self.file(),
+            base_span,
+            format!("{} item{}", items.len(), if items.len() == 1 { "" } else { "s" }),
+        );
+        if items.len() == 1 {
+            diagnostic = diagnostic.help("the only item is 0");
+        } else if !items.is_empty() {
             diagnostic = diagnostic.help(format!("items are 0..{}", items.len() - 1));
         }
         self.error(diagnostic)
@@ -724,8 +726,11 @@ impl<'a> Machine<'a> {
             },
             other => {
                 let found = self.describe(other);
-                let diagnostic = Diagnostic::new("E0301", format!("expected a whole number, found {found}"))
-                    .primary(self.file(), span, format!("this is {found}"));
+                let diagnostic = Diagnostic::new("E0301", format!("expected a whole number, found {found}")).primary(
+                    self.file(),
+                    span,
+                    format!("this is {found}"),
+                );
                 self.report(diagnostic);
                 None
             }

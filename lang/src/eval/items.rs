@@ -170,7 +170,9 @@ impl<'a> Machine<'a> {
         let over = self.plain(&head.over, env);
         let (count, item): (f64, Box<dyn Fn(usize) -> Value>) = match over {
             Value::Error => return false,
-            Value::List(items) => (items.len() as f64, Box::new(move |i| items.get(i).cloned().unwrap_or(Value::Error))),
+            Value::List(items) => {
+                (items.len() as f64, Box::new(move |i| items.get(i).cloned().unwrap_or(Value::Error)))
+            }
             Value::Range(from, to) => {
                 let (Scalar::Const(start), Scalar::Const(end)) = (from.value, to.value) else {
                     let counted = if what == "nodes" { "the number of nodes" } else { "the length of a list" };
@@ -348,7 +350,12 @@ impl<'a> Machine<'a> {
     }
 
     /// What a node is `like`, if it is one of the same kind.
-    fn like(&mut self, ast: &'a ast::Node, env: &Env<'a>, same: impl Fn(&NodeKind<'a>) -> bool) -> Option<Rc<NodeValue<'a>>> {
+    fn like(
+        &mut self,
+        ast: &'a ast::Node,
+        env: &Env<'a>,
+        same: impl Fn(&NodeKind<'a>) -> bool,
+    ) -> Option<Rc<NodeValue<'a>>> {
         let like = ast.like.as_ref()?;
         let found = self.expr(like, env, &[]);
         let kind = kind_text(ast);
@@ -357,8 +364,11 @@ impl<'a> Machine<'a> {
             Value::Node(id) => id,
             other => {
                 let found = self.describe(&other);
-                let diagnostic = Diagnostic::new("E0301", format!("expected a `{kind}`, found {found}"))
-                    .primary(self.file(), like.span, format!("this is {found}"));
+                let diagnostic = Diagnostic::new("E0301", format!("expected a `{kind}`, found {found}")).primary(
+                    self.file(),
+                    like.span,
+                    format!("this is {found}"),
+                );
                 self.report(diagnostic);
                 return None;
             }
@@ -510,8 +520,11 @@ impl<'a> Machine<'a> {
                 }
                 let known = kind.property(&name.text).is_some();
                 let what = if known { "is not set here" } else { "is not a property of it" };
-                let diagnostic = Diagnostic::new("E0214", format!("`{}` has no value `{}`", self.text(span), name.text))
-                    .primary(self.file(), name.span, what);
+                let diagnostic = Diagnostic::new(
+                    "E0214",
+                    format!("`{}` has no value `{}`", self.text(span), name.text),
+                )
+                .primary(self.file(), name.span, what);
                 self.error(diagnostic)
             }
         }
@@ -610,9 +623,33 @@ impl<'a> Machine<'a> {
 
 /// Every name that a type can have, for suggestions.
 pub const TYPES: &[&str] = &[
-    "float", "int", "bool", "string", "color", "vec2", "vec3", "quat", "length", "area", "volume", "angle", "time", "mass",
-    "density", "force", "energy", "power", "temperature", "speed", "acceleration", "frequency", "material", "camera", "node",
-    "list", "range",
+    "float",
+    "int",
+    "bool",
+    "string",
+    "color",
+    "vec2",
+    "vec3",
+    "quat",
+    "length",
+    "area",
+    "volume",
+    "angle",
+    "time",
+    "mass",
+    "density",
+    "force",
+    "energy",
+    "power",
+    "temperature",
+    "speed",
+    "acceleration",
+    "frequency",
+    "material",
+    "camera",
+    "node",
+    "list",
+    "range",
 ];
 
 /// The dimension of a type of numbers.
@@ -664,7 +701,8 @@ pub fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeK
             _ => Converted::Wrong(dimension.with_article()),
         };
     }
-    let vector = |count: usize| matches!(value, Value::Tuple(items) if items.len() == count) && value.numbers().is_some();
+    let vector =
+        |count: usize| matches!(value, Value::Tuple(items) if items.len() == count) && value.numbers().is_some();
     match *name {
         "int" => match value {
             Value::Number(number) if number.dimension.is_none() => match number.value.constant() {

@@ -56,7 +56,9 @@ impl<'a> Machine<'a> {
             };
             let (value, place) = match &key.value {
                 KeyValue::Value(expr) => (self.plain(expr, env), expr.span),
-                KeyValue::Block(block) => (self.later("keys with tangents (`interpolate: hermite`)", block.span), block.span),
+                KeyValue::Block(block) => {
+                    (self.later("keys with tangents (`interpolate: hermite`)", block.span), block.span)
+                }
             };
             let (Some(time_s), Some(ease), false) = (time, ease, value.is_error()) else {
                 failed = true;
@@ -98,8 +100,11 @@ impl<'a> Machine<'a> {
                 _ => None,
             };
             let (Some(name), Some(word)) = (&arg.name, word) else {
-                let diagnostic = Diagnostic::new("E0301", "expected an option such as `interpolate: linear`")
-                    .primary(self.file(), arg.span, "not an option of `keys`");
+                let diagnostic = Diagnostic::new("E0301", "expected an option such as `interpolate: linear`").primary(
+                    self.file(),
+                    arg.span,
+                    "not an option of `keys`",
+                );
                 self.report(diagnostic);
                 way = None;
                 continue;
@@ -134,8 +139,11 @@ impl<'a> Machine<'a> {
                 }
                 (option, word) => {
                     let message = format!("expected {}, found `{word}`", any_of(known.iter().copied()));
-                    let mut diagnostic = Diagnostic::new("E0301", message)
-                        .primary(self.file(), arg.value.span, format!("not an `{option}` of `keys`"));
+                    let mut diagnostic = Diagnostic::new("E0301", message).primary(
+                        self.file(),
+                        arg.value.span,
+                        format!("not an `{option}` of `keys`"),
+                    );
                     if let Some(near) = suggest(word, known.iter().copied()).first() {
                         let file = self.file();
                         let now = ["eased", "linear", "step", "hold"].contains(near);
@@ -163,16 +171,22 @@ impl<'a> Machine<'a> {
             other => {
                 let found = self.describe(&other);
                 let code = if matches!(other, Value::Number(_)) { "E0302" } else { "E0301" };
-                let diagnostic = Diagnostic::new(code, format!("expected a time, found {found}"))
-                    .primary(self.file(), span, format!("this is {found}"));
+                let diagnostic = Diagnostic::new(code, format!("expected a time, found {found}")).primary(
+                    self.file(),
+                    span,
+                    format!("this is {found}"),
+                );
                 self.report(diagnostic);
                 return None;
             }
         };
         match time {
             Scalar::Const(time) if !time.is_finite() => {
-                let diagnostic = Diagnostic::new("E0403", "the time of a key is not a finite number")
-                    .primary(self.file(), span, "not a finite number");
+                let diagnostic = Diagnostic::new("E0403", "the time of a key is not a finite number").primary(
+                    self.file(),
+                    span,
+                    "not a finite number",
+                );
                 self.report(diagnostic);
                 None
             }
@@ -206,9 +220,10 @@ impl<'a> Machine<'a> {
                 let fps = self.frames_per_second().unwrap_or(24.0);
                 if (time - before) * fps < 1.0 - 1e-9 {
                     let apart = short((time - before) * 1000.0);
-                    let diagnostic = Diagnostic::new("W0612", format!("two keys {apart} ms apart at {} fps", short(fps)))
-                        .primary(self.file(), span, "less than a frame after the key before it")
-                        .label(self.file(), at, "the key before it");
+                    let diagnostic =
+                        Diagnostic::new("W0612", format!("two keys {apart} ms apart at {} fps", short(fps)))
+                            .primary(self.file(), span, "less than a frame after the key before it")
+                            .label(self.file(), at, "the key before it");
                     self.report(diagnostic);
                 }
             }
@@ -218,9 +233,11 @@ impl<'a> Machine<'a> {
             && time > duration + 1e-9
         {
             let message = format!("key at {}s is after the end ({}s)", short(time), short(duration));
-            let diagnostic = Diagnostic::new("W0611", message)
-                .primary(self.file(), span, "never reached")
-                .label(self.file(), place, "the end");
+            let diagnostic = Diagnostic::new("W0611", message).primary(self.file(), span, "never reached").label(
+                self.file(),
+                place,
+                "the end",
+            );
             self.report(diagnostic);
         }
     }
@@ -264,8 +281,11 @@ impl<'a> Machine<'a> {
                     return Some(found);
                 }
                 let names = ease::names();
-                let mut diagnostic = Diagnostic::new("E0609", format!("no easing `{}`", short_name(name)))
-                    .primary(self.file(), expr.span, "not an easing");
+                let mut diagnostic = Diagnostic::new("E0609", format!("no easing `{}`", short_name(name))).primary(
+                    self.file(),
+                    expr.span,
+                    "not an easing",
+                );
                 diagnostic = match suggest(name, names.iter().map(String::as_str)).first() {
                     Some(near) => {
                         let file = self.file();
@@ -311,8 +331,11 @@ impl<'a> Machine<'a> {
             }
             other => {
                 let found = self.describe(&other);
-                let diagnostic = Diagnostic::new("E0301", format!("expected a plain number, found {found}"))
-                    .primary(self.file(), expr.span, "not a constant plain number");
+                let diagnostic = Diagnostic::new("E0301", format!("expected a plain number, found {found}")).primary(
+                    self.file(),
+                    expr.span,
+                    "not a constant plain number",
+                );
                 self.report(diagnostic);
                 None
             }
@@ -370,8 +393,11 @@ impl<'a> Machine<'a> {
                             any_of(ease::JUMPS.iter().map(|row| row.0)),
                             short_name(word)
                         );
-                        let diagnostic = Diagnostic::new("E0301", message)
-                            .primary(self.file(), arg.value.span, "where the value jumps");
+                        let diagnostic = Diagnostic::new("E0301", message).primary(
+                            self.file(),
+                            arg.value.span,
+                            "where the value jumps",
+                        );
                         self.report(diagnostic);
                         return None;
                     }
@@ -388,8 +414,11 @@ impl<'a> Machine<'a> {
             return None;
         }
         if !(least..=1e6).contains(&n) {
-            let diagnostic = Diagnostic::new("E0401", format!("steps must be within {least}..1000000"))
-                .primary(self.file(), first.value.span, self.computed("this is", n, Dimension::NONE, first.value.span));
+            let diagnostic = Diagnostic::new("E0401", format!("steps must be within {least}..1000000")).primary(
+                self.file(),
+                first.value.span,
+                self.computed("this is", n, Dimension::NONE, first.value.span),
+            );
             self.report(diagnostic);
             return None;
         }

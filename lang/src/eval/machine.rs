@@ -168,11 +168,10 @@ impl<'a> Machine<'a> {
         if self.stopped {
             return;
         }
-        let place = diagnostic.place().map_or(Span::at(0), |(_, span)| span);
         // "Not yet" is said once a thing, everything else once a place.
-        let key = match diagnostic.code {
-            "E1101" => (diagnostic.code, Span::at(0), diagnostic.message.clone()),
-            code => (code, place, String::new()),
+        let key = match (diagnostic.code, diagnostic.place()) {
+            ("E1101", _) | (_, None) => (diagnostic.code, Span::at(0), diagnostic.message.clone()),
+            (code, Some((_, place))) => (code, place, String::new()),
         };
         if !self.seen.insert(key) {
             return;

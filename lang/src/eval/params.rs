@@ -58,8 +58,11 @@ pub fn list<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &Over
             let text = machine.text(span);
             let bounds = decl.range.as_ref().map_or(String::new(), |range| machine.text(range.span).to_string());
             if !cell.overridden {
-                let mut diagnostic = Diagnostic::new("W0307", format!("{text} is outside {bounds}"))
-                    .primary(machine.file(), span, "outside its own range");
+                let mut diagnostic = Diagnostic::new("W0307", format!("{text} is outside {bounds}")).primary(
+                    machine.file(),
+                    span,
+                    "outside its own range",
+                );
                 if number.dimension.is_none() && high.value.constant() == Some(1.0) && (1.0..=100.0).contains(&found) {
                     diagnostic = diagnostic.help(format!("did you mean `{}%`?", short(found)));
                 }
@@ -291,7 +294,9 @@ fn apply_set<'a>(
     };
     let named = |machine: &Machine<'a>| match machine.globals.own(node) {
         Some(Binding::Node(id)) => Some(id),
-        _ => roots.iter().copied().find(|id| matches!(machine.kind_of(*id), NodeKind::Schema(kind) if kind.name == node)),
+        _ => {
+            roots.iter().copied().find(|id| matches!(machine.kind_of(*id), NodeKind::Schema(kind) if kind.name == node))
+        }
     };
     let id = match named(machine) {
         Some(id) => id,
@@ -304,7 +309,9 @@ fn apply_set<'a>(
     let Some(value) = machine.force(id) else { return Ok(()) };
     let NodeKind::Schema(kind) = value.kind else { return Err(("E0203", format!("`{node}` has no properties"))) };
     let Some(row) = kind.property(property) else {
-        let near = suggest(property, kind.all().map(|row| row.name)).first().map_or(String::new(), |near| format!(", did you mean `{near}`?"));
+        let near = suggest(property, kind.all().map(|row| row.name))
+            .first()
+            .map_or(String::new(), |near| format!(", did you mean `{near}`?"));
         return Err(("E0201", format!("unknown property `{property}` on `{}`{near}", kind.name)));
     };
     if row.since == Since::Later {

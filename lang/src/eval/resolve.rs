@@ -522,8 +522,11 @@ impl<'a> Resolver<'a> {
                 _ => None,
             };
             let near = foreign.or_else(|| suggest(&name.text, TYPES.iter().copied()).first().copied());
-            let mut diagnostic = Diagnostic::new("E0203", format!("no type named `{}` here", name.text))
-                .primary(file, name.span, "not a type");
+            let mut diagnostic = Diagnostic::new("E0203", format!("no type named `{}` here", name.text)).primary(
+                file,
+                name.span,
+                "not a type",
+            );
             diagnostic = match near {
                 Some(near) => diagnostic.fix(Applicability::Safe, format!("write `{near}`"), file, name.span, near),
                 None => diagnostic.help(format!("types are {}", all_of(TYPES.iter().copied()))),
@@ -559,16 +562,20 @@ impl<'a> Resolver<'a> {
         let known: Vec<&str> = kind.all().map(|property| property.name).collect();
         let near = suggest(name, known.iter().copied().filter(|known| !self.siblings.contains(known)));
         let file = self.file();
-        let mut diagnostic = Diagnostic::new("E0201", format!("unknown property `{name}` on `{}`", kind.name))
-            .primary(file, property.name.span, format!("not a property of `{}`", kind.name));
+        let mut diagnostic = Diagnostic::new("E0201", format!("unknown property `{name}` on `{}`", kind.name)).primary(
+            file,
+            property.name.span,
+            format!("not a property of `{}`", kind.name),
+        );
         diagnostic = match near.as_slice() {
             [] => diagnostic.help(format!("`{}` has: {}", kind.name, known.join(", "))),
             [only] => {
                 let text = format!("a property with a similar name exists: `{only}`");
                 diagnostic.fix(Applicability::Safe, text, file, property.name.span, *only)
             }
-            several => diagnostic
-                .help(format!("properties with similar names exist: {}", all_of(several.iter().copied()))),
+            several => {
+                diagnostic.help(format!("properties with similar names exist: {}", all_of(several.iter().copied())))
+            }
         };
         self.report(diagnostic);
     }
@@ -701,8 +708,11 @@ impl<'a> Resolver<'a> {
         let prefabs = self.visible(|decl| matches!(decl, Declared::Prefab(_)));
         let known = schema::KINDS.iter().map(|kind| kind.name).chain(prefabs);
         let file = self.file();
-        let mut diagnostic = Diagnostic::new("E0202", format!("unknown kind `{}`", name.text))
-            .primary(file, name.span, "not a kind of node");
+        let mut diagnostic = Diagnostic::new("E0202", format!("unknown kind `{}`", name.text)).primary(
+            file,
+            name.span,
+            "not a kind of node",
+        );
         diagnostic = match suggest(&name.text, known).first() {
             Some(near) => {
                 diagnostic.fix(Applicability::Safe, format!("did you mean `{near}`?"), file, name.span, *near)
@@ -788,11 +798,7 @@ impl<'a> Resolver<'a> {
 
     fn value(&mut self, expr: &'a Expr, wanted: Wanted) {
         match &expr.kind {
-            ExprKind::Missing
-            | ExprKind::Number(_)
-            | ExprKind::Color(_)
-            | ExprKind::Str(_)
-            | ExprKind::Bool(_) => {}
+            ExprKind::Missing | ExprKind::Number(_) | ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => {}
             ExprKind::Path(path) => self.path(path, wanted),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
                 items.iter().for_each(|item| self.value(item, VALUE));
@@ -901,8 +907,11 @@ impl<'a> Resolver<'a> {
         }
         if single && !wanted.words.is_empty() {
             let file = self.file();
-            let diagnostic = wrong_word(&format!("`{name}`"), wanted.words, wanted.property)
-                .primary(file, first.span, "not one of its words");
+            let diagnostic = wrong_word(&format!("`{name}`"), wanted.words, wanted.property).primary(
+                file,
+                first.span,
+                "not one of its words",
+            );
             return self.report(nearest_word(diagnostic, name, wanted.words, file, first.span));
         }
         self.unknown_value(first, wanted);
@@ -961,8 +970,9 @@ impl<'a> Resolver<'a> {
         let Some(name) = path.segments.first() else { return };
         if path.segments.len() > 1 {
             if self.use_name(&name.text, |decl| matches!(decl, Declared::Import)).is_none() {
-                let diagnostic = Diagnostic::new("E0210", format!("no function `{}`", short_text(self.source.slice(path.span))))
-                    .primary(file, path.span, "not found");
+                let diagnostic =
+                    Diagnostic::new("E0210", format!("no function `{}`", short_text(self.source.slice(path.span))))
+                        .primary(file, path.span, "not found");
                 self.report(diagnostic);
             }
             return;

@@ -61,7 +61,8 @@ impl<'a> Lower<'_, 'a> {
         };
         let place = |name: &str| read::set(node, name).map_or(look_at.name, |set| set.expr.span);
         if let (Some(from), Some(to), Some(sky)) = (position.constant(), target.constant(), up.constant()) {
-            let failed = ["position", "up"].into_iter().any(|name| read::set(node, name).is_some_and(|set| set.data.is_none()));
+            let failed =
+                ["position", "up"].into_iter().any(|name| read::set(node, name).is_some_and(|set| set.data.is_none()));
             let view = *to - *from;
             if failed {
                 // Reported: nothing can be said about where it looks.

@@ -13,8 +13,8 @@ use std::rc::Rc;
 use kinora_scene::{Animated, Clock, Emission, Look, Material, Render, Scene, Sky, Tonemap};
 
 use crate::diagnostic::{Applicability, Diagnostic};
-use crate::eval::machine::{Machine, NodeKind, NodeValue};
 use crate::eval::items::kind_text;
+use crate::eval::machine::{Machine, NodeKind, NodeValue};
 use crate::schema::{Since, Sort};
 use crate::source::Span;
 use crate::suggest::suggest;
@@ -118,16 +118,8 @@ impl<'a> Lower<'_, 'a> {
         };
         let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
         let camera = self.which_camera(camera);
-        let scene = Scene {
-            render,
-            look,
-            clock,
-            cameras,
-            camera,
-            nodes,
-            materials: std::mem::take(&mut self.materials),
-            sky,
-        };
+        let scene =
+            Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
         self.what_is_missing(&scene);
         Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
     }
@@ -159,7 +151,8 @@ impl<'a> Lower<'_, 'a> {
         let found = of(&self.found).clone();
         let Some((first, rest)) = found.split_first() else { return };
         for id in rest {
-            let place = |id: NodeId| self.machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
+            let place =
+                |id: NodeId| self.machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
             let diagnostic = Diagnostic::new("E0507", format!("only one `{kind}` block is allowed"))
                 .primary(self.machine.file(), place(*id), "a second one")
                 .label(self.machine.file(), place(*first), "the first one")
@@ -215,7 +208,8 @@ impl<'a> Lower<'_, 'a> {
                     };
                 }
                 let first = names.first().map_or("main", String::as_str);
-                self.machine.report(diagnostic.help(format!("add `render {{ camera: {first} }}` or `--camera {first}`")));
+                self.machine
+                    .report(diagnostic.help(format!("add `render {{ camera: {first} }}` or `--camera {first}`")));
                 None
             }
         }
@@ -249,9 +243,10 @@ impl<'a> Lower<'_, 'a> {
             }
             _ => false,
         };
-        let emitter = scene.nodes.iter().any(|node| {
-            node.shape.is_some() && scene.materials.get(node.material).is_some_and(shines)
-        });
+        let emitter = scene
+            .nodes
+            .iter()
+            .any(|node| node.shape.is_some() && scene.materials.get(node.material).is_some_and(shines));
         let sky = scene.sky.as_ref().is_some_and(|sky| {
             sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
         });

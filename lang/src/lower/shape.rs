@@ -83,12 +83,7 @@ impl<'a> Lower<'_, 'a> {
     }
 
     /// E0401: the light of an infinite plane has no sum.
-    pub(super) fn power_of_plane(
-        &mut self,
-        id: NodeId,
-        node: &Rc<NodeValue<'a>>,
-        shape: Option<&Shape<Animated>>,
-    ) {
+    pub(super) fn power_of_plane(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, shape: Option<&Shape<Animated>>) {
         let Some(Shape::Plane { .. }) = shape else { return };
         let Some(set) = read::set(node, "material") else { return };
         let Some(material) = read::node(set.data.as_ref()).and_then(|id| self.machine.done(id)) else { return };

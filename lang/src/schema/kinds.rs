@@ -134,7 +134,12 @@ const RENDER: &[Property] = &[
         "pixel filter",
     ),
     row("filter_width", NUMBER, Default::Computed, "full width in pixels: box 1, else 1.5").check(Check::Above0),
-    row("sampler", Type::Choice(&[now("sobol"), now("random")]), Default::Word("sobol"), "where random numbers come from"),
+    row(
+        "sampler",
+        Type::Choice(&[now("sobol"), now("random")]),
+        Default::Word("sobol"),
+        "where random numbers come from",
+    ),
     row("seed", Type::Count, ZERO, "another seed, another noise").check(Check::Within(0, u32::MAX as i64)),
     row("exposure", NUMBER, ZERO, "stops: linear * 2^exposure before the tone curve").moving(),
     row(

@@ -80,7 +80,7 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
     // A group: index of its first member, and a mask of members to visit.
     var group = vec2<u32>(0u, 0x80000000u);
     loop {
-        var primitives = vec2<u32>(0u);
+        var leaves = vec2<u32>(0u);
         if (group.y & 0xff000000u) != 0u {
             let slot = firstLeadingBit(group.y);
             let others = group.y & ~(1u << slot);
@@ -93,12 +93,12 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
             let mask = node_children(node, ray, best.t);
             let base = nodes[node * NODE_VECTORS + 1u].xy;
             group = vec2<u32>(base.x, (mask & 0xff000000u) | (nodes[node * NODE_VECTORS].w >> 24u));
-            primitives = vec2<u32>(base.y, mask & 0x00ffffffu);
+            leaves = vec2<u32>(base.y, mask & 0x00ffffffu);
         }
-        while primitives.y != 0u {
-            let i = firstLeadingBit(primitives.y);
-            primitives.y &= ~(1u << i);
-            let hit = hit_primitive(primitives.x + i, o, d, best.t, start);
+        while leaves.y != 0u {
+            let i = firstLeadingBit(leaves.y);
+            leaves.y &= ~(1u << i);
+            let hit = hit_primitive(leaves.x + i, o, d, best.t, start);
             if hit.id != NONE {
                 best = hit;
                 if any {

@@ -5,23 +5,23 @@ struct Hit {
     t: f32,
     /// Primitive, or PLANE_BIT | shape, or NONE.
     id: u32,
-    /// Barycentric weights of a triangle's second and third corner.
-    barycentric: vec2<f32>,
+    /// Of a flat primitive: how far along the edges from the first corner to the second and to the last.
+    uv: vec2<f32>,
 }
 
 fn no_hit() -> Hit {
     return Hit(FAR, NONE, vec2<f32>(0.0));
 }
 
-// Watertight: the sign of an edge depends on the edge alone, not on the triangle (Plücker form as in Embree's robust
-// mode; Davidovič et al., "Extending Visibility", 2012), and an edge belongs to both its triangles. `d` has unit length.
-fn hit_triangle(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> Hit {
-    let x = vec4<f32>(triangles[id].x.xyz, 0.0) - vec4<f32>(o.x);
-    let y = vec4<f32>(triangles[id].y.xyz, 0.0) - vec4<f32>(o.y);
-    let z = vec4<f32>(triangles[id].z.xyz, 0.0) - vec4<f32>(o.z);
-    let x1 = x.yzxw;
-    let y1 = y.yzxw;
-    let z1 = z.yzxw;
+// Watertight: the sign of an edge depends on the edge alone, not on the primitive (Plücker form as in Embree's robust
+// mode; Davidovič et al., "Extending Visibility", 2012), and an edge belongs to both its primitives. `d` has unit length.
+fn hit_flat(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> Hit {
+    let x = primitives[id].x - vec4<f32>(o.x);
+    let y = primitives[id].y - vec4<f32>(o.y);
+    let z = primitives[id].z - vec4<f32>(o.z);
+    let x1 = x.yzwx;
+    let y1 = y.yzwx;
+    let z1 = z.yzwx;
     // Lane i: the edge from corner i to corner i + 1, and twice its midpoint.
     let ex = x1 - x;
     let ey = y1 - y;
@@ -30,26 +30,36 @@ fn hit_triangle(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> Hit {
     let sy = y1 + y;
     let sz = z1 + z;
     let w = (ey * sz - ez * sy) * d.x + (ez * sx - ex * sz) * d.y + (ex * sy - ey * sx) * d.z;
-    let low = min(w.x, min(w.y, w.z));
-    let high = max(w.x, max(w.y, w.z));
-    let det = w.x + w.y + w.z;
-    if (low < 0.0 && high > 0.0) || det == 0.0 {
+    let low = min(min(w.x, w.y), min(w.z, w.w));
+    let high = max(max(w.x, w.y), max(w.z, w.w));
+    if low < 0.0 && high > 0.0 {
         return no_hit();
     }
-    // Lane i weighs the corner opposite to its edge: i + 2.
     let along = x * d.x + y * d.y + z * d.z;
-    let inv_det = 1.0 / det;
-    let t = (w.y * along.x + w.z * along.y + w.x * along.z) * inv_det;
+    var uv = vec2<f32>(w.z, w.x);
+    var last = along.z;
+    // Opposite edges of a parallelogram share its width between them, all edges of a triangle its area.
+    var whole = vec2<f32>(w.x + w.y + w.z);
+    if (primitives[id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_PARALLELOGRAM {
+        uv = vec2<f32>(w.w, w.x);
+        last = along.w;
+        whole = vec2<f32>(w.w + w.y, w.x + w.z);
+    }
+    if whole.x == 0.0 || whole.y == 0.0 {
+        return no_hit();
+    }
+    uv /= whole;
+    let t = along.x + uv.x * (along.y - along.x) + uv.y * (last - along.x);
     if !(t > 0.0 && t < t_max) {
         return no_hit();
     }
-    return Hit(t, id, vec2<f32>(w.z, w.x) * inv_det);
+    return Hit(t, id, uv);
 }
 
 // The robust quadratic of Haines et al., Ray Tracing Gems ch. 7, on the unit sphere of the shape's own space, whose rays
 // are not of unit length. A ray that starts on the sphere meets it once more if it goes inside, else never.
 fn hit_sphere(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, starts_on: bool) -> Hit {
-    let shape = triangles[id].shade.w;
+    let shape = primitives[id].shade.w & ~PRIMITIVE_KIND;
     let f = object_point(shape, o);
     let v = object_vector(shape, d);
     let a = dot(v, v);
@@ -79,13 +89,13 @@ fn hit_sphere(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, starts_on: bool) 
 /// Primitive `id` of the BVH against the ray from `o` along `d`, a unit vector, in 0 < t < t_max. `start` is the
 /// primitive on which the ray starts, or NONE: what is flat cannot be met again, however the hit would be rounded.
 fn hit_primitive(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> Hit {
-    if triangles[id].z.w == PRIMITIVE_SPHERE {
+    if (primitives[id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_SPHERE {
         return hit_sphere(id, o, d, t_max, id == start);
     }
     if id == start {
         return no_hit();
     }
-    return hit_triangle(id, o, d, t_max);
+    return hit_flat(id, o, d, t_max);
 }
 
 // Plane `shape`: z = 0 in its own space.

@@ -81,8 +81,8 @@ fn flat_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     let edge_u = lights[light].edge_u.xyz;
     let edge_v = lights[light].edge_v.xyz;
     let p = lights[light].origin.xyz + st.x * edge_u + st.y * edge_v;
-    let n = normalize(cross(edge_u, edge_v));
-    return LightSample(p, n, pdf_of_area(1.0 / lights[light].edge_v.w, eye, p, n), lights[light].kind.y);
+    let normal = lights[light].normal;
+    return LightSample(p, normal.xyz, pdf_of_area(normal.w, eye, p, normal.xyz), lights[light].kind.y);
 }
 
 // Area of the ellipsoid about a point, over that of the unit sphere about its image.
@@ -129,7 +129,7 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
     if index.y == NONE {
         return 0.0;
     }
-    let light = index.y + (s.primitive >> index.z);
+    let light = index.y + s.primitive;
     let chance = lights[light].edge_u.w;
     switch lights[light].kind.x {
         case LIGHT_SPHERE: {
@@ -147,7 +147,7 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
             return chance * pdf_of_area(0.25 * INV_PI / ellipsoid_stretch(light, n), eye, s.p, normalize(n));
         }
         default: {
-            return chance * pdf_of_area(1.0 / lights[light].edge_v.w, eye, s.p, s.ng);
+            return chance * pdf_of_area(lights[light].normal.w, eye, s.p, s.ng);
         }
     }
 }

@@ -72,7 +72,8 @@ fn sample_key(pixel: vec2<u32>, sample: u32) -> SampleKey {
 /// Two numbers, each in 0 <= u < 1.
 fn random_2d(key: SampleKey, dimension: u32) -> vec2<f32> {
     let h = pcg(key.pixel ^ (dimension * 0x9e3779b9u));
-    let seeds = vec2<u32>(pcg(h ^ 0x55555555u), pcg(h ^ 0xaaaaaaaau));
+    // One good hash, spread over three seeds by odd factors (those of Wellons' lowbias32 and triple32).
+    let seeds = vec2<u32>((h ^ (h >> 15u)) * 0x2c1b3c6du, (h ^ (h >> 17u)) * 0xed5ad4bbu);
     if params.sampler == SAMPLER_RANDOM {
         return vec2<f32>(
             unit_float(pcg(key.index_reversed + seeds.x)),

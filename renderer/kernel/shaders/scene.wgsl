@@ -1,9 +1,11 @@
 // The scene as both backends read it: layouts, and the only bindings outside entry/. The Rust twins of these structures
 // are generated from here, so a layout is written once.
 
-/// What a primitive of the BVH is (`Triangle::z.w`).
-const PRIMITIVE_TRIANGLE: f32 = 0.0;
-const PRIMITIVE_SPHERE: f32 = 1.0;
+/// What a primitive of the BVH is: the high bits of `Primitive::shade.w`, whose other bits are its shape.
+const PRIMITIVE_TRIANGLE: u32 = 0x00000000u;
+const PRIMITIVE_PARALLELOGRAM: u32 = 0x40000000u;
+const PRIMITIVE_SPHERE: u32 = 0x80000000u;
+const PRIMITIVE_KIND: u32 = 0xc0000000u;
 
 /// `Material::kind.x`.
 const MATERIAL_DIFFUSE: u32 = 0u;
@@ -52,17 +54,16 @@ struct Params {
     padding_2: u32,
 }
 
-/// A primitive of the BVH, in its leaf order. A triangle: the coordinates of its corners, a lane each, so that the three
-/// edges are tested at once. A sphere: its shape's unit sphere.
-struct Triangle {
-    /// x of the corners; w: index in its shape, low 16 bits, as a number.
+/// A primitive of the BVH, in its leaf order: the coordinates of its corners, a lane each, so that all edges are tested
+/// at once. A triangle's fourth corner is its first. A sphere is its shape's unit sphere and has no corners.
+struct Primitive {
     x: vec4<f32>,
-    /// y of the corners; w: index in its shape, high bits, as a number.
     y: vec4<f32>,
-    /// z of the corners; w: PRIMITIVE_….
     z: vec4<f32>,
-    /// Octahedral normals of the corners, or 0s for a flat triangle; w: shape.
+    /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
+    /// Index in its shape; the rest is unused.
+    index: vec4<u32>,
 }
 
 /// One instance of a shape.
@@ -77,7 +78,7 @@ struct Shape {
     world_from_object_z: vec4<f32>,
     /// Emitted radiance; w: 1 if both sides emit, else 0.
     emission: vec4<f32>,
-    /// Material, first light or NONE, log2 of the primitives a light, node.
+    /// Material, first light or NONE, unused, node.
     index: vec4<u32>,
 }
 
@@ -95,15 +96,17 @@ struct Light {
     origin: vec4<f32>,
     /// An edge; sphere: radius in x; w: chance to be chosen.
     edge_u: vec4<f32>,
-    /// The other edge; w: area in m².
+    /// The other edge.
     edge_v: vec4<f32>,
+    /// Of a flat light: its outward unit normal; w: 1 / area in m².
+    normal: vec4<f32>,
     /// LIGHT_…, shape.
     kind: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;
-@group(0) @binding(2) var<storage, read> triangles: array<Triangle>;
+@group(0) @binding(2) var<storage, read> primitives: array<Primitive>;
 @group(0) @binding(3) var<storage, read> shapes: array<Shape>;
 @group(0) @binding(4) var<storage, read> materials: array<Material>;
 @group(0) @binding(5) var<storage, read> lights: array<Light>;

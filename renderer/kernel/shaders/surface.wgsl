@@ -21,30 +21,32 @@ fn decode_normal(packed: u32) -> vec3<f32> {
     return normalize(n);
 }
 
-fn surface_of_triangle(hit: Hit) -> Surface {
-    let x = triangles[hit.id].x;
-    let y = triangles[hit.id].y;
-    let z = triangles[hit.id].z;
-    let shade = triangles[hit.id].shade;
+fn surface_of_flat(hit: Hit) -> Surface {
+    let x = primitives[hit.id].x;
+    let y = primitives[hit.id].y;
+    let z = primitives[hit.id].z;
+    let shade = primitives[hit.id].shade;
+    let triangle = (shade.w & PRIMITIVE_KIND) == PRIMITIVE_TRIANGLE;
     let a = vec3<f32>(x.x, y.x, z.x);
-    let b = vec3<f32>(x.y, y.y, z.y);
-    let c = vec3<f32>(x.z, y.z, z.z);
-    let w = vec3<f32>(1.0 - hit.barycentric.x - hit.barycentric.y, hit.barycentric);
-    let ng = normalize(cross(b - a, c - a));
+    let ab = vec3<f32>(x.y, y.y, z.y) - a;
+    let ac = select(vec3<f32>(x.w, y.w, z.w), vec3<f32>(x.z, y.z, z.z), triangle) - a;
+    let ng = normalize(cross(ab, ac));
     var ns = ng;
     if (shade.x | shade.y | shade.z) != 0u {
-        let n = w.x * decode_normal(shade.x) + w.y * decode_normal(shade.y) + w.z * decode_normal(shade.z);
+        let n = (1.0 - hit.uv.x - hit.uv.y) * decode_normal(shade.x) + hit.uv.x * decode_normal(shade.y)
+            + hit.uv.y * decode_normal(shade.z);
         let length_2 = dot(n, n);
         if length_2 > 1e-8 {
             ns = n / sqrt(length_2);
             ns = select(ns, -ns, dot(ns, ng) < 0.0);
         }
     }
-    return Surface(w.x * a + w.y * b + w.z * c, ng, ns, shade.w, u32(x.w) | (u32(y.w) << 16u));
+    let p = a + hit.uv.x * ab + hit.uv.y * ac;
+    return Surface(p, ng, ns, shade.w & ~PRIMITIVE_KIND, primitives[hit.id].index.x);
 }
 
 fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
-    let shape = triangles[hit.id].shade.w;
+    let shape = primitives[hit.id].shade.w & ~PRIMITIVE_KIND;
     let p = normalize(object_point(shape, o) + hit.t * object_vector(shape, d));
     let n = normalize(world_normal(shape, p));
     return Surface(world_point(shape, p), n, n, shape, 0u);
@@ -62,10 +64,10 @@ fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     if (hit.id & PLANE_BIT) != 0u {
         return surface_of_plane(hit, o, d);
     }
-    if triangles[hit.id].z.w == PRIMITIVE_SPHERE {
+    if (primitives[hit.id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_SPHERE {
         return surface_of_sphere(hit, o, d);
     }
-    return surface_of_triangle(hit);
+    return surface_of_flat(hit);
 }
 
 fn offset_component(p: f32, n: f32) -> f32 {

@@ -29,5 +29,5 @@ pub mod generated {
     include!(concat!(env!("OUT_DIR"), "/kernel.rs"));
 }
 
-pub use generated::{Kernel, Light, Material, Params, Shape, Triangle};
+pub use generated::{Kernel, Light, Material, Params, Primitive, Shape};
 pub use packed::{PASS_SAMPLES, Packed};

@@ -1,22 +1,26 @@
 //! The flat arrays that both backends read, laid out as `shaders/scene.wgsl` declares them.
 
+use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::CwBvh;
 
-use crate::generated::{BVH_STACK, Kernel, Light, Material, Params, Shape, Triangle};
+use crate::generated::{BVH_STACK, Kernel, Light, Material, Params, Primitive, Shape};
 use crate::query::Native;
 
 /// Samples of one pass: the unit in which samples are summed in f32 on a backend, to be folded in f64 on the host.
 pub const PASS_SAMPLES: u32 = 16;
 
 /// A scene ready to be traced.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Packed {
     /// What holds for the whole picture.
     pub params: Params,
-    /// The tree over `triangles`, without a node if there are none.
+    /// The tree over `primitives`, without a node if there are none.
     pub bvh: CwBvh,
+    /// The same tree before it was widened, with leaves that index `primitives`: on a CPU it is faster as long as it fits
+    /// into the caches. Only for small scenes.
+    pub narrow: Option<Bvh2>,
     /// In the order of the tree's leaves. Not empty: a GPU cannot bind nothing.
-    pub triangles: Vec<Triangle>,
+    pub primitives: Vec<Primitive>,
     /// Planes first. Not empty.
     pub shapes: Vec<Shape>,
     /// Not empty.
@@ -37,11 +41,11 @@ pub struct TooDeep {
 impl Packed {
     /// Runs `f` with the translated shaders over these arrays.
     pub fn with_kernel<R>(&self, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
-        let native = Native::new(&self.bvh);
+        let native = Native::new(&self.bvh, self.narrow.as_ref());
         f(&Kernel {
             params: &self.params,
             nodes: &[],
-            triangles: &self.triangles,
+            primitives: &self.primitives,
             shapes: &self.shapes,
             materials: &self.materials,
             lights: &self.lights,

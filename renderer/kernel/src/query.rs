@@ -3,6 +3,7 @@
 
 use glam::{Vec3, Vec3A};
 use obvhs::{
+    bvh2::Bvh2,
     cwbvh::CwBvh,
     ray::{Ray, RayHit},
 };
@@ -14,15 +15,16 @@ use crate::generated::{FAR, Hit, Kernel, NONE};
 const NODE_UNITS: f32 = (1u32 << 20) as f32;
 
 /// What the queries need beside the arrays.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Native<'a> {
     bvh: &'a CwBvh,
+    narrow: Option<&'a Bvh2>,
 }
 
 impl<'a> Native<'a> {
-    /// Queries over this tree.
-    pub fn new(bvh: &'a CwBvh) -> Self {
-        Self { bvh }
+    /// Queries over `narrow` if there is one, else over `bvh`.
+    pub fn new(bvh: &'a CwBvh, narrow: Option<&'a Bvh2>) -> Self {
+        Self { bvh, narrow }
     }
 }
 
@@ -44,14 +46,19 @@ fn node_ray(o: Vec3, d: Vec3, t_max: f32) -> Ray {
 #[inline]
 pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
     let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
-    kernel.native.bvh.ray_traverse(node_ray(o, d, t_max), &mut RayHit::none(), |_, id| {
-        let hit = kernel.hit_primitive(id as u32, o, d, best.t, start);
+    let mut test = |id: u32| {
+        let hit = kernel.hit_primitive(id, o, d, best.t, start);
         if hit.id == NONE {
             return f32::INFINITY;
         }
         best = hit;
         hit.t * NODE_UNITS
-    });
+    };
+    let ray = node_ray(o, d, t_max);
+    match kernel.native.narrow {
+        Some(bvh) => bvh.ray_traverse(ray, &mut RayHit::none(), |_, i| test(bvh.primitive_indices[i])),
+        None => kernel.native.bvh.ray_traverse(ray, &mut RayHit::none(), |_, id| test(id as u32)),
+    };
     if best.id == NONE {
         best.t = FAR;
     }
@@ -61,7 +68,10 @@ pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32
 /// Whether a primitive lies in 0 < t < t_max of a ray that starts on primitive `start`, or NONE.
 #[inline]
 pub fn bvh_any(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> bool {
-    !kernel.native.bvh.ray_traverse_miss(node_ray(o, d, t_max), |_, id| {
-        if kernel.hit_primitive(id as u32, o, d, t_max, start).id == NONE { f32::INFINITY } else { 0.0 }
-    })
+    let test = |id: u32| if kernel.hit_primitive(id, o, d, t_max, start).id == NONE { f32::INFINITY } else { 0.0 };
+    let ray = node_ray(o, d, t_max);
+    !match kernel.native.narrow {
+        Some(bvh) => bvh.ray_traverse_miss(ray, |_, i| test(bvh.primitive_indices[i])),
+        None => kernel.native.bvh.ray_traverse_miss(ray, |_, id| test(id as u32)),
+    }
 }

@@ -29,7 +29,8 @@ fn materials() -> Vec<(String, Material)> {
         }
     }
     for alpha in [1.01e-3, 0.0025, 0.02, 0.073, 0.25, 0.61, 1.0] {
-        for (color, tint) in [(Vec3::ONE, Vec3::ONE), (GOLD, Vec3::new(1.0, 0.9, 0.5)), (GOLD * 0.2, Vec3::splat(0.2))] {
+        for (color, tint) in [(Vec3::ONE, Vec3::ONE), (GOLD, Vec3::new(1.0, 0.9, 0.5)), (GOLD * 0.2, Vec3::splat(0.2))]
+        {
             all.push((format!("metal {color} with edge {tint} of alpha {alpha}"), metal(color, tint, alpha)));
         }
     }
@@ -39,7 +40,7 @@ fn materials() -> Vec<(String, Material)> {
 /// Above the surface, more often grazing than by chance.
 fn above(random: &mut Random) -> Vec3 {
     let z = f64::from(random.within(1e-3, 1.0));
-    direction(z * z, f64::from(random.within(0.0, 6.283)))
+    direction(z * z, f64::from(random.within(0.0, std::f32::consts::TAU)))
 }
 
 #[test]
@@ -203,7 +204,8 @@ fn diffuse_albedo_is_the_tables() {
 #[test]
 fn metal_albedo_is_the_tables() {
     with(|k| {
-        let table: Vec<_> = rows(GGX_ALBEDO).filter(|r| r[1] != "avg").map(|r| [0, 1, 2].map(|i| number(r[i]))).collect();
+        let table: Vec<_> =
+            rows(GGX_ALBEDO).filter(|r| r[1] != "avg").map(|r| [0, 1, 2].map(|i| number(r[i]))).collect();
         for (i, &[roughness, mu, want]) in table.iter().enumerate() {
             let m = metal(Vec3::ONE, Vec3::ONE, (roughness * roughness) as f32);
             let name = format!("metal of roughness {roughness} at {mu}");

@@ -91,7 +91,8 @@ fn samples_obey_snell_and_reverse() {
             let ior = IORS[(random.bits() % 5) as usize];
             let m = glass(ior);
             let front = random.bits().is_multiple_of(2);
-            let wo = direction(f64::from(random.within(1e-3, 1.0)), f64::from(random.within(0.0, 6.28)));
+            let wo =
+                direction(f64::from(random.within(1e-3, 1.0)), f64::from(random.within(0.0, std::f32::consts::TAU)));
             let s = k.bsdf_sample(m, wo, front, random.square());
             assert_eq!(s.pdf, DELTA_PDF);
             if s.wi.z > 0.0 {

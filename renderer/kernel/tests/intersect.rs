@@ -2,19 +2,21 @@
 
 mod common;
 
-use common::{Random, direction, nothing};
-use glam::{DAffine3, DMat3, DVec3, UVec4, Vec3, Vec3A, Vec4};
-use kinora_kernel::generated::{FAR, Hit, NONE, PLANE_BIT, PRIMITIVE_SPHERE};
+use common::{Random, direction, flat, nothing, placed, round};
+use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
+use kinora_kernel::generated::{FAR, Hit, NONE, PLANE_BIT, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE};
 use kinora_kernel::query::{bvh_any, bvh_closest};
-use kinora_kernel::{Kernel, Packed, Shape, Triangle};
+use kinora_kernel::{Kernel, Packed, Primitive, Shape};
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::PlocBuilder;
 use obvhs::{Boundable, BvhBuildParams};
 
 /// A scene under construction.
 #[derive(Default)]
 struct Builder {
-    triangles: Vec<Triangle>,
+    primitives: Vec<Primitive>,
     boxes: Vec<Bounds>,
     shapes: Vec<Shape>,
 }
@@ -29,19 +31,24 @@ impl Boundable for Bounds {
 }
 
 impl Builder {
-    fn triangle(&mut self, [a, b, c]: [Vec3; 3]) {
-        self.boxes.push(Bounds(Aabb { min: a.min(b).min(c).into(), max: a.max(b).max(c).into() }));
-        self.triangles.push(Triangle {
-            x: Vec4::new(a.x, b.x, c.x, self.triangles.len() as f32),
-            y: Vec4::new(a.y, b.y, c.y, 0.0),
-            z: Vec4::new(a.z, b.z, c.z, 0.0),
-            shade: UVec4::ZERO,
-        });
+    fn flat(&mut self, kind: u32, corners: [Vec3; 4]) {
+        let [a, b, c, d] = corners;
+        let (low, high) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
+        self.boxes.push(Bounds(Aabb { min: low.into(), max: high.into() }));
+        self.primitives.push(flat(kind, 0, self.primitives.len() as u32, corners));
     }
 
-    fn mesh(&mut self, corners: &[Vec3], triangles: &[[usize; 3]]) {
-        for t in triangles {
-            self.triangle(t.map(|i| corners[i]));
+    fn triangle(&mut self, [a, b, c]: [Vec3; 3]) {
+        self.flat(PRIMITIVE_TRIANGLE, [a, b, c, a]);
+    }
+
+    fn mesh(&mut self, corners: &[Vec3], faces: &[Vec<usize>]) {
+        for face in faces {
+            match face[..] {
+                [a, b, c] => self.triangle([a, b, c].map(|i| corners[i])),
+                [a, b, c, d] => self.flat(PRIMITIVE_PARALLELOGRAM, [a, b, c, d].map(|i| corners[i])),
+                _ => panic!("{face:?}"),
+            }
         }
     }
 
@@ -51,31 +58,52 @@ impl Builder {
         let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let (low, high) = (place.translation - half, place.translation + half);
         self.boxes.push(Bounds(Aabb { min: low.as_vec3a(), max: high.as_vec3a() }));
-        self.triangles.push(Triangle {
-            x: Vec4::new(0.0, 0.0, 0.0, self.triangles.len() as f32),
-            z: Vec4::new(0.0, 0.0, 0.0, PRIMITIVE_SPHERE),
-            shade: UVec4::new(0, 0, 0, self.shapes.len() as u32),
-            ..Triangle::default()
-        });
+        self.primitives.push(round(self.shapes.len() as u32));
         self.shapes.push(placed(place));
     }
 
-    /// As the renderer does: boxes padded, then primitives in the order of the leaves.
+    /// Without a tree.
+    fn bare(self) -> Packed {
+        let mut packed = nothing();
+        packed.params.primitive_count = self.primitives.len() as u32;
+        packed.primitives = self.primitives;
+        packed
+    }
+
+    /// As the renderer does: boxes padded, two trees, primitives in the order of the wide one's leaves.
     fn build(mut self) -> Packed {
-        let reach = self.boxes.iter().fold(0.0_f32, |reach, b| {
-            reach.max(b.0.min.abs().max_element()).max(b.0.max.abs().max_element())
-        });
+        let reach = self
+            .boxes
+            .iter()
+            .fold(0.0_f32, |reach, b| reach.max(b.0.min.abs().max_element()).max(b.0.max.abs().max_element()));
         let pad = Vec3A::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
         for b in &mut self.boxes {
             b.0.min -= pad;
             b.0.max += pad;
         }
-        let bvh = build_cwbvh(&self.boxes, BvhBuildParams::fast_build(), &mut std::time::Duration::default());
-        let triangles: Vec<_> = bvh.primitive_indices.iter().map(|&i| self.triangles[i as usize]).collect();
+        let config = BvhBuildParams::fast_build();
+        let mut narrow = PlocBuilder::with_capacity(self.boxes.len()).build(
+            config.ploc_search_distance,
+            &self.boxes,
+            (0..self.boxes.len() as u32).collect(),
+            config.sort_precision,
+            config.search_depth_threshold,
+        );
+        ReinsertionOptimizer::default().run(&mut narrow, config.reinsertion_batch_ratio, None);
+        let bvh = bvh2_to_cwbvh(&narrow, config.max_prims_per_leaf.clamp(1, 3), true, false);
+        let primitives: Vec<_> = bvh.primitive_indices.iter().map(|&i| self.primitives[i as usize]).collect();
+        let mut position = vec![0; primitives.len()];
+        for (i, &primitive) in bvh.primitive_indices.iter().enumerate() {
+            position[primitive as usize] = i as u32;
+        }
+        for primitive in &mut narrow.primitive_indices {
+            *primitive = position[*primitive as usize];
+        }
         let mut packed = nothing();
-        packed.params.primitive_count = triangles.len() as u32;
-        packed.triangles = triangles;
+        packed.params.primitive_count = primitives.len() as u32;
+        packed.primitives = primitives;
         packed.bvh = bvh;
+        packed.narrow = Some(narrow);
         if !self.shapes.is_empty() {
             packed.shapes = self.shapes;
         }
@@ -84,22 +112,15 @@ impl Builder {
     }
 }
 
-fn placed(place: DAffine3) -> Shape {
-    let row = |m: &DAffine3, i: usize| m.matrix3.row(i).extend(m.translation[i]).as_vec4();
-    let inverse = place.inverse();
-    Shape {
-        world_from_object_x: row(&place, 0),
-        world_from_object_y: row(&place, 1),
-        world_from_object_z: row(&place, 2),
-        object_from_world_x: row(&inverse, 0),
-        object_from_world_y: row(&inverse, 1),
-        object_from_world_z: row(&inverse, 2),
-        ..Shape::default()
-    }
-}
-
 fn ball(centre: DVec3, radius: f64) -> DAffine3 {
     DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(radius))
+}
+
+/// Runs `f` over the binary tree, then over the wide one.
+fn with_each_tree(mut packed: Packed, mut f: impl FnMut(&Kernel<'_>)) {
+    packed.with_kernel(&mut f);
+    packed.narrow = None;
+    packed.with_kernel(&mut f);
 }
 
 fn by_brute_force(k: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
@@ -116,17 +137,28 @@ fn by_brute_force(k: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> H
     best
 }
 
-fn cube() -> (Vec<Vec3>, Vec<[usize; 3]>) {
+/// Corners, and faces of three or four of them.
+type Faces = (Vec<Vec3>, Vec<Vec<usize>>);
+
+fn cube() -> Faces {
     let corners = (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0).collect();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    (corners, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    (corners, faces.map(Vec::from).into())
 }
 
-fn icosphere(levels: u32) -> (Vec<Vec3>, Vec<[usize; 3]>) {
-    // An octahedron will do.
+fn in_halves((corners, faces): Faces) -> Faces {
+    (corners, faces.iter().flat_map(|f| [vec![f[0], f[1], f[2]], vec![f[0], f[2], f[3]]]).collect())
+}
+
+fn turned((corners, faces): Faces) -> Faces {
+    let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, 2.5);
+    (corners.iter().map(|c| (turn * c.as_dvec3() * 37.0).as_vec3()).collect(), faces)
+}
+
+/// An octahedron, refined.
+fn ball_of_triangles(levels: u32) -> Faces {
     let mut corners = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    let mut triangles =
-        vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let mut triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
     for _ in 0..levels {
         let mut middles = std::collections::HashMap::new();
         let mut finer = Vec::new();
@@ -141,11 +173,11 @@ fn icosphere(levels: u32) -> (Vec<Vec3>, Vec<[usize; 3]>) {
         }
         triangles = finer;
     }
-    (corners, triangles)
+    (corners, triangles.into_iter().map(Vec::from).collect())
 }
 
 /// A box whose faces are fans of needles.
-fn needles() -> (Vec<Vec3>, Vec<[usize; 3]>) {
+fn needles() -> Faces {
     const SPOKES: usize = 400;
     let mut corners = vec![Vec3::new(0.0, 0.0, 1.0), Vec3::new(0.0, 0.0, -0.5)];
     corners.extend((0..SPOKES).map(|i| {
@@ -153,17 +185,17 @@ fn needles() -> (Vec<Vec3>, Vec<[usize; 3]>) {
         direction(0.0, std::f64::consts::TAU * turn * turn) * 300.0
     }));
     let rim = |i: usize| 2 + i % SPOKES;
-    let triangles = (0..SPOKES).flat_map(|i| [[0, rim(i), rim(i + 1)], [1, rim(i + 1), rim(i)]]).collect();
+    let triangles = (0..SPOKES).flat_map(|i| [vec![0, rim(i), rim(i + 1)], vec![1, rim(i + 1), rim(i)]]).collect();
     (corners, triangles)
 }
 
 /// Directions from `o` that are awkward: to corners, to points of edges, and along axes.
-fn awkward(corners: &[Vec3], triangles: &[[usize; 3]], o: Vec3, random: &mut Random) -> Vec<Vec3> {
+fn awkward((corners, faces): &Faces, o: Vec3, random: &mut Random) -> Vec<Vec3> {
     let mut all = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     all.extend(corners.iter().map(|c| (c - o).normalize()));
-    for t in triangles {
-        for i in 0..3 {
-            let (a, b) = (corners[t[i]], corners[t[(i + 1) % 3]]);
+    for face in faces {
+        for i in 0..face.len() {
+            let (a, b) = (corners[face[i]], corners[face[(i + 1) % face.len()]]);
             all.push(((a + b) * 0.5 - o).normalize());
             all.push((a + (b - a) * random.unit() - o).normalize());
         }
@@ -172,18 +204,18 @@ fn awkward(corners: &[Vec3], triangles: &[[usize; 3]], o: Vec3, random: &mut Ran
 }
 
 #[track_caller]
-fn check_watertight(name: &str, corners: &[Vec3], triangles: &[[usize; 3]], inside: f32, rays: usize) {
+fn check_watertight(name: &str, mesh: &Faces, inside: f32, rays: usize) {
     let mut builder = Builder::default();
-    builder.mesh(corners, triangles);
+    builder.mesh(&mesh.0, &mesh.1);
     let packed = builder.build();
-    let mut random = Random(1);
     // Every ray by the tree, as many as there is time for by brute force.
-    let exhaustive = 8_000_000 / triangles.len();
-    packed.with_kernel(|k| {
+    let exhaustive = 2_000_000 / mesh.1.len();
+    with_each_tree(packed, |k| {
+        let mut random = Random(1);
         let mut done = 0;
         while done < rays {
             let o = if done == 0 { Vec3::ZERO } else { random.cube(inside) };
-            let mut directions = awkward(corners, triangles, o, &mut random);
+            let mut directions = awkward(mesh, o, &mut random);
             directions.extend((0..20_000).map(|_| random.direction()));
             for d in directions {
                 let hit = bvh_closest(k, o, d, FAR, NONE);
@@ -204,28 +236,24 @@ fn check_watertight(name: &str, corners: &[Vec3], triangles: &[[usize; 3]], insi
 
 #[test]
 fn a_cube_is_watertight() {
-    let (corners, triangles) = cube();
-    check_watertight("cube", &corners, &triangles, 0.99, 1_000_000);
+    check_watertight("cube of parallelograms", &cube(), 0.99, 250_000);
+    check_watertight("cube", &in_halves(cube()), 0.99, 250_000);
 }
 
 #[test]
-fn a_cube_far_away_is_watertight() {
-    let (corners, triangles) = cube();
-    let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, 2.5);
-    let corners: Vec<_> = corners.iter().map(|c| (turn * c.as_dvec3() * 37.0).as_vec3()).collect();
-    check_watertight("turned cube", &corners, &triangles, 20.0, 300_000);
+fn a_turned_cube_is_watertight() {
+    check_watertight("turned cube of parallelograms", &turned(cube()), 20.0, 250_000);
+    check_watertight("turned cube", &turned(in_halves(cube())), 20.0, 250_000);
 }
 
 #[test]
 fn a_ball_of_triangles_is_watertight() {
-    let (corners, triangles) = icosphere(4);
-    check_watertight("ball", &corners, &triangles, 0.5, 1_000_000);
+    check_watertight("ball", &ball_of_triangles(4), 0.5, 500_000);
 }
 
 #[test]
 fn thin_triangles_are_watertight() {
-    let (corners, triangles) = needles();
-    check_watertight("needles", &corners, &triangles, 0.1, 500_000);
+    check_watertight("needles", &needles(), 0.1, 250_000);
 }
 
 #[test]
@@ -236,7 +264,12 @@ fn the_tree_finds_what_brute_force_finds() {
         for i in 0..300 {
             let a = random.cube(size);
             let reach = size * if i % 10 == 0 { 1.0 } else { 0.1 };
-            builder.triangle([a, a + random.cube(reach), a + random.cube(reach)]);
+            let (u, v) = (random.cube(reach), random.cube(reach));
+            if i % 3 == 0 {
+                builder.flat(PRIMITIVE_PARALLELOGRAM, [a, a + u, a + u + v, a + v]);
+            } else {
+                builder.triangle([a, a + u, a + v]);
+            }
             if i % 6 == 0 {
                 let scale = DVec3::new(0.02, 0.05, 0.1) * f64::from(size);
                 let turn = DMat3::from_axis_angle(random.direction().as_dvec3().normalize(), 1.0);
@@ -244,8 +277,7 @@ fn the_tree_finds_what_brute_force_finds() {
                 builder.sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), centre));
             }
         }
-        let packed = builder.build();
-        packed.with_kernel(|k| {
+        with_each_tree(builder.build(), |k| {
             let mut hits = 0;
             for i in 0..20_000 {
                 let o = random.cube(2.0 * size);
@@ -298,7 +330,7 @@ fn spheres_of_all_sizes_are_hit_where_they_are() {
     for (radius, centre, distance) in cases {
         let mut builder = Builder::default();
         builder.sphere(ball(centre, radius));
-        builder.build().with_kernel(|k| {
+        with_each_tree(builder.build(), |k| {
             let mut worst = 0.0_f64;
             for _ in 0..20_000 {
                 let from = random.direction() * (radius + distance) as f32;
@@ -325,7 +357,7 @@ fn a_ray_that_starts_on_a_sphere_leaves_it_or_crosses_it() {
     for (radius, centre) in [(1.0, DVec3::ZERO), (1e-3, DVec3::new(1.0, 2.0, 3.0)), (1e4, DVec3::new(0.0, -1e4, 0.0))] {
         let mut builder = Builder::default();
         builder.sphere(ball(centre, radius));
-        builder.build().with_kernel(|k| {
+        with_each_tree(builder.build(), |k| {
             for _ in 0..20_000 {
                 let from = centre.as_vec3() + random.direction() * (3.0 * radius) as f32;
                 let hit = bvh_closest(k, from, (centre.as_vec3() - from).normalize(), FAR, NONE);
@@ -408,13 +440,13 @@ fn an_offset_point_stays_on_its_side() {
             }
             let mut builder = Builder::default();
             builder.triangle([a, b, c]);
-            builder.build().with_kernel(|k| {
+            builder.bare().with_kernel(|k| {
                 let (u, v) = (random.unit(), random.unit());
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                 let target = a + (b - a) * u + (c - a) * v;
                 let from = random.cube(2.0 * scale);
                 let d = (target - from).normalize();
-                let hit = bvh_closest(k, from, d, FAR, NONE);
+                let hit = by_brute_force(k, from, d, FAR, NONE);
                 if hit.id == NONE {
                     return;
                 }
@@ -425,8 +457,8 @@ fn an_offset_point_stays_on_its_side() {
                 crossed += usize::from(height(p) <= 0.0);
                 let next = random.direction();
                 let next = if next.dot(side) < 0.0 { -next } else { next };
-                met += usize::from(next.dot(side) > 1e-2 && bvh_any(k, p, next, FAR, NONE));
-                assert!(!bvh_any(k, p, next, FAR, hit.id), "it starts there");
+                met += usize::from(next.dot(side) > 1e-2 && k.hit_primitive(0, p, next, FAR, NONE).id != NONE);
+                assert_eq!(k.hit_primitive(0, p, next, FAR, hit.id).id, NONE, "it starts there");
             });
         }
         assert_eq!((crossed, met), (0, 0), "at scale {scale}: crossed, met again");
@@ -434,24 +466,30 @@ fn an_offset_point_stays_on_its_side() {
 }
 
 #[test]
-fn barycentric_weights_give_the_point() {
+fn edge_weights_give_the_point() {
     let mut random = Random(7);
-    for _ in 0..20_000 {
-        let corners = [random.cube(1.0), random.cube(1.0), random.cube(1.0)];
+    for i in 0..20_000 {
+        let [a, b, c] = [random.cube(1.0), random.cube(1.0), random.cube(1.0)];
+        let triangle = i % 2 == 0;
         let mut builder = Builder::default();
-        builder.triangle(corners);
-        builder.build().with_kernel(|k| {
-            let (u, v) = (0.4 * random.unit() + 0.05, 0.4 * random.unit() + 0.05);
-            let target = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
+        if triangle {
+            builder.triangle([a, b, c]);
+        } else {
+            builder.flat(PRIMITIVE_PARALLELOGRAM, [a, b, b + c - a, c]);
+        }
+        builder.bare().with_kernel(|k| {
+            let most = if triangle { 0.4 } else { 0.9 };
+            let (u, v) = (most * random.unit() + 0.05, most * random.unit() + 0.05);
+            let target = a + (b - a) * u + (c - a) * v;
             let o = random.cube(3.0);
             let d = (target - o).normalize();
-            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            let normal = (b - a).cross(c - a);
             if normal.length() < 0.1 || d.dot(normal.normalize()).abs() < 0.1 {
                 return;
             }
-            let hit = bvh_closest(k, o, d, FAR, NONE);
-            assert_eq!(hit.id, 0, "missed {corners:?} at {u} {v} from {o}");
-            assert!((hit.barycentric - glam::Vec2::new(u, v)).abs().max_element() < 2e-4, "{hit:?}, not {u} {v}");
+            let hit = by_brute_force(k, o, d, FAR, NONE);
+            assert_eq!(hit.id, 0, "missed {a} {b} {c} at {u} {v} from {o}");
+            assert!((hit.uv - glam::Vec2::new(u, v)).abs().max_element() < 2e-4, "{hit:?}, not {u} {v}");
             let s = k.surface_at(hit, o, d);
             assert!((s.p - target).length() < 1e-4 && (s.ng - normal.normalize()).length() < 1e-5);
         });

@@ -2,9 +2,10 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec3A, Vec4};
 use kinora_kernel::generated::{
-    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
+    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE,
+    PRIMITIVE_TRIANGLE,
 };
-use kinora_kernel::{Shape as PackedShape, Triangle};
+use kinora_kernel::{Primitive, Shape as PackedShape};
 use kinora_scene::{Emission, Frame, Instance, Material, Mesh, Shape, Still, World};
 use obvhs::{Boundable, aabb::Aabb};
 
@@ -24,7 +25,7 @@ impl Boundable for Bounds {
 /// What `pack` collects, primitives in the order in which they come.
 #[derive(Default)]
 pub struct Geometry {
-    pub triangles: Vec<Triangle>,
+    pub primitives: Vec<Primitive>,
     pub boxes: Vec<Bounds>,
     pub shapes: Vec<PackedShape>,
     pub lights: Vec<Light>,
@@ -38,12 +39,10 @@ impl Geometry {
     pub fn add(&mut self, instance: &Instance, world: &World) -> Result<(), PackError> {
         let place = instance.world_from_object;
         let shape = self.shapes.len() as u32;
-        let first = self.triangles.len();
+        let first = self.primitives.len();
         let first_light = self.lights.len() as u32;
         let mut record = PackedShape::default();
         let emission = Emitted::of(instance, world);
-        // How many primitives share a light, as a power of two.
-        let mut shift = 0;
         match &instance.shape {
             Shape::Sphere { radius_m } => {
                 let place = place * DAffine3::from_scale(DVec3::splat(*radius_m));
@@ -59,11 +58,9 @@ impl Geometry {
                     let size = DVec2::new((frame.x * *size_m).length(), (frame.y * *size_m).length());
                     self.add_quad(shape, first, place, frame, size, emission.as_ref());
                 }
-                shift = 1;
             }
             Shape::Quad { frame, size_m } => {
                 self.add_quad(shape, first, place, *frame, *size_m, emission.as_ref());
-                shift = 1;
             }
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
@@ -73,7 +70,7 @@ impl Geometry {
         record.emission =
             emission.as_ref().map_or(Vec4::ZERO, |e| e.radiance.extend(if e.two_sided { 1.0 } else { 0.0 }));
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
-        record.index = UVec4::new(instance.material as u32, first_light, shift, instance.node as u32);
+        record.index = UVec4::new(instance.material as u32, first_light, 0, instance.node as u32);
         self.shapes.push(record);
 
         let far = |v: Vec3A| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
@@ -103,28 +100,26 @@ impl Geometry {
         let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let centre = place.translation;
         self.boxes.push(Bounds(Aabb { min: (centre - half).as_vec3a(), max: (centre + half).as_vec3a() }));
-        self.triangles.push(Triangle {
-            z: Vec4::new(0.0, 0.0, 0.0, PRIMITIVE_SPHERE),
-            shade: UVec4::new(0, 0, 0, shape),
-            ..Triangle::default()
-        });
+        self.primitives
+            .push(Primitive { shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_SPHERE), ..Primitive::default() });
     }
 
-    // `index`: of the triangle in its shape.
-    fn add_triangle(&mut self, shape: u32, index: usize, corners: [DVec3; 3], normals: [u32; 3]) {
-        let [a, b, c] = corners.map(|p| p.as_vec3());
-        let low = a.min(b).min(c);
-        let high = a.max(b).max(c);
+    // `index`: of the primitive in its shape.
+    fn add_flat(&mut self, kind_and_shape: u32, index: usize, corners: [DVec3; 4], normals: [u32; 3]) {
+        let [a, b, c, d] = corners.map(|p| p.as_vec3());
+        let low = a.min(b).min(c).min(d);
+        let high = a.max(b).max(c).max(d);
         self.boxes.push(Bounds(Aabb { min: low.into(), max: high.into() }));
-        self.triangles.push(Triangle {
-            x: Vec4::new(a.x, b.x, c.x, (index & 0xffff) as f32),
-            y: Vec4::new(a.y, b.y, c.y, (index >> 16) as f32),
-            z: Vec4::new(a.z, b.z, c.z, PRIMITIVE_TRIANGLE),
-            shade: UVec4::new(normals[0], normals[1], normals[2], shape),
+        self.primitives.push(Primitive {
+            x: Vec4::new(a.x, b.x, c.x, d.x),
+            y: Vec4::new(a.y, b.y, c.y, d.y),
+            z: Vec4::new(a.z, b.z, c.z, d.z),
+            shade: UVec4::new(normals[0], normals[1], normals[2], kind_and_shape),
+            index: UVec4::new(index as u32, 0, 0, 0),
         });
     }
 
-    // A rectangle about the origin of `place`, as two triangles and one light.
+    // A rectangle about the origin of `place`, as one primitive and one light.
     fn add_quad(
         &mut self,
         shape: u32,
@@ -140,9 +135,8 @@ impl Geometry {
             std::mem::swap(&mut u, &mut v);
         }
         let origin = place.translation - (u + v) * 0.5;
-        for corners in [[origin, origin + u, origin + u + v], [origin, origin + u + v, origin + v]] {
-            self.add_triangle(shape, self.triangles.len() - first, corners, [0; 3]);
-        }
+        let corners = [origin, origin + u, origin + u + v, origin + v];
+        self.add_flat(shape | PRIMITIVE_PARALLELOGRAM, self.primitives.len() - first, corners, [0; 3]);
         if let Some(e) = emission {
             let area = u.cross(v).length();
             self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * e.power_per_m2()));
@@ -158,7 +152,7 @@ impl Geometry {
             .map(|n| encode_normal((by_normal * n.as_dvec3()).normalize_or_zero().as_vec3()))
             .collect();
         let mirrored = place.matrix3.determinant() < 0.0;
-        self.triangles.reserve(mesh.triangles.len());
+        self.primitives.reserve(mesh.triangles.len());
         self.boxes.reserve(mesh.triangles.len());
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|v| v as usize);
@@ -169,8 +163,9 @@ impl Geometry {
                 n if n[a] == 0 || n[b] == 0 || n[c] == 0 => [0; 3],
                 n => [n[a], n[b], n[c]],
             };
-            debug_assert_eq!(self.triangles.len() - first, i);
-            self.add_triangle(shape, i, corners, shade);
+            debug_assert_eq!(self.primitives.len() - first, i);
+            let [a, b, c] = corners;
+            self.add_flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
             if let Some(e) = emission {
                 let edges = [corners[1] - corners[0], corners[2] - corners[0]];
                 let area = 0.5 * edges[0].cross(edges[1]).length();

@@ -18,7 +18,8 @@ pub fn light(kind: u32, shape: u32, origin: DVec3, edges: [DVec3; 2], area_m2: f
         packed: Packed {
             origin: origin.as_vec3().extend(0.0),
             edge_u: edges[0].as_vec3().extend(0.0),
-            edge_v: edges[1].as_vec3().extend(area_m2 as f32),
+            edge_v: edges[1].as_vec3().extend(0.0),
+            normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3().extend((1.0 / area_m2) as f32),
             kind: UVec4::new(kind, shape, 0, 0),
         },
         power,

@@ -3,9 +3,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec3, Vec2, Vec3};
-use kinora_kernel::generated::{FILTER_CELLS, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_METAL};
-use kinora_kernel::{Light, Material, Packed, Params, Shape, Triangle};
+use glam::{DAffine3, DVec3, UVec4, Vec2, Vec3, Vec4};
+use kinora_kernel::generated::{FILTER_CELLS, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_METAL, PRIMITIVE_SPHERE};
+use kinora_kernel::{Light, Material, Packed, Params, Primitive, Shape};
 use obvhs::cwbvh::CwBvh;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
@@ -55,11 +55,43 @@ pub fn nothing() -> Packed {
     Packed {
         params: Params { resolution: glam::UVec2::ONE, ..Params::default() },
         bvh: CwBvh::default(),
-        triangles: vec![Triangle::default()],
+        narrow: None,
+        primitives: vec![Primitive::default()],
         shapes: vec![Shape::default()],
         materials: vec![Material::default()],
         lights: vec![Light::default()],
         tables: vec![0.0; FILTER_CELLS as usize + 1],
+    }
+}
+
+/// A flat primitive of that kind; a triangle's last corner is its first.
+pub fn flat(kind: u32, shape: u32, index: u32, [a, b, c, d]: [Vec3; 4]) -> Primitive {
+    Primitive {
+        x: Vec4::new(a.x, b.x, c.x, d.x),
+        y: Vec4::new(a.y, b.y, c.y, d.y),
+        z: Vec4::new(a.z, b.z, c.z, d.z),
+        shade: UVec4::new(0, 0, 0, kind | shape),
+        index: UVec4::new(index, 0, 0, 0),
+    }
+}
+
+/// The unit sphere of that shape.
+pub fn round(shape: u32) -> Primitive {
+    Primitive { shade: UVec4::new(0, 0, 0, PRIMITIVE_SPHERE | shape), ..Primitive::default() }
+}
+
+/// A shape whose unit sphere, or plane z = 0, lies there.
+pub fn placed(place: DAffine3) -> Shape {
+    let row = |m: &DAffine3, i: usize| m.matrix3.row(i).extend(m.translation[i]).as_vec4();
+    let inverse = place.inverse();
+    Shape {
+        world_from_object_x: row(&place, 0),
+        world_from_object_y: row(&place, 1),
+        world_from_object_z: row(&place, 2),
+        object_from_world_x: row(&inverse, 0),
+        object_from_world_y: row(&inverse, 1),
+        object_from_world_z: row(&inverse, 2),
+        ..Shape::default()
     }
 }
 
@@ -79,7 +111,7 @@ pub fn glass(ior: f32) -> Material {
 }
 
 fn material(kind: u32, color: Vec3, color_w: f32, extra: Vec3, extra_w: f32) -> Material {
-    Material { color: color.extend(color_w), extra: extra.extend(extra_w), kind: glam::UVec4::new(kind, 0, 0, 0) }
+    Material { color: color.extend(color_w), extra: extra.extend(extra_w), kind: UVec4::new(kind, 0, 0, 0) }
 }
 
 /// The rows of a table below its header.

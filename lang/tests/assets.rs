@@ -1,0 +1,110 @@
+//! Meshes from files.
+
+use glam::{Vec2, Vec3};
+use kinora_lang::assets::read_mesh;
+use kinora_scene::Mesh;
+
+/// A unit square in the plane z = 0 with normals and uv, as one polygon, behind an element and a list of no interest.
+fn header(format: &str, uv: (&str, &str)) -> String {
+    format!(
+        "ply\nformat {format} 1.0\ncomment a square\nobj_info none\nelement vertex 4\nproperty double x\nproperty float y\n\
+         property short z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float {}\nproperty float {}\n\
+         property uchar red\nelement face 1\nproperty list uchar float weights\nproperty list uint ushort vertex_index\n\
+         end_header\n",
+        uv.0, uv.1
+    )
+}
+
+const CORNERS: [[f32; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+
+fn ascii(uv: (&str, &str)) -> Vec<u8> {
+    let mut text = header("ascii", uv);
+    for [x, y] in CORNERS {
+        text += &format!("{x} {y} 0 0 0 1 {x} {y} 255\n");
+    }
+    (text + "2 0.5 0.25 4 0 1 2 3\n").into_bytes()
+}
+
+fn binary(big: bool) -> Vec<u8> {
+    let mut bytes = header(if big { "binary_big_endian" } else { "binary_little_endian" }, ("s", "t")).into_bytes();
+    macro_rules! put {
+        ($($value:expr),*) => { $(bytes.extend(if big { $value.to_be_bytes() } else { $value.to_le_bytes() });)* };
+    }
+    for [x, y] in CORNERS {
+        put!(f64::from(x), y, 0i16, 0f32, 0f32, 1f32, x, y, 255u8);
+    }
+    put!(1u8, 0.5f32, 4u32, 0u16, 1u16, 2u16, 3u16);
+    bytes
+}
+
+fn square(mesh: &Mesh) {
+    mesh.validate().unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(mesh.positions, CORNERS.map(|[x, y]| Vec3::new(x, y, 0.0)));
+    assert_eq!(mesh.normals, [Vec3::Z; 4]);
+    assert_eq!(mesh.uvs, CORNERS.map(Vec2::from_array));
+}
+
+#[test]
+fn ply_in_its_three_formats() {
+    square(&read_mesh("a.ply", &ascii(("u", "v"))).unwrap());
+    square(&read_mesh("a.PLY", &ascii(("s", "t"))).unwrap());
+    square(&read_mesh("a.ply", &binary(false)).unwrap());
+    square(&read_mesh("a.ply", &binary(true)).unwrap());
+}
+
+#[test]
+fn obj() {
+    let text = "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n\
+                usemtl red\nf 1/1/1 2/2/1 3/3/1 4/4/1\n";
+    square(&read_mesh("a.obj", text.as_bytes()).unwrap());
+    let two = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\no a\nf 1//1 2//1 3//1\no b\nf -3 -2 -1\n";
+    let mesh = read_mesh("a.obj", two.as_bytes()).unwrap();
+    assert_eq!((mesh.triangles.len(), mesh.normals.len()), (2, 0));
+    mesh.validate().unwrap();
+}
+
+#[test]
+fn lies_about_sizes() {
+    let check = |text: &str, message: &str| {
+        assert_eq!(read_mesh("a.ply", text.as_bytes()).unwrap_err().message, message, "{text}");
+    };
+    let head =
+        "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nproperty float y\nproperty float z\n";
+    check(
+        &format!("{head}end_header\n"),
+        "is not a valid PLY file: 99999999999 elements `vertex` do not fit into the file",
+    );
+    check(
+        "ply\nformat ascii 1.0\nelement x 9\nend_header\n",
+        "is not a valid PLY file: 9 elements `x` do not fit into the file",
+    );
+    check("ply\nformat ascii 1.0\nend_header\n", "is not a valid PLY file: its vertices have no x, y and z");
+    check("", "is not a valid PLY file: it ends too early");
+}
+
+#[test]
+fn damaged_files_never_fail() {
+    let mut state = 1u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize
+    };
+    let obj = include_bytes!("assets/cube.obj").to_vec();
+    let files = [("a.ply", ascii(("u", "v"))), ("a.ply", binary(true)), ("a.ply", binary(false)), ("a.obj", obj)];
+    for round in 0..4000 {
+        let (name, sound) = &files[round % files.len()];
+        let mut bytes = sound.clone();
+        for _ in 0..1 + next() % 4 {
+            let at = next() % bytes.len();
+            match next() % 3 {
+                0 => bytes[at] = next() as u8,
+                1 => bytes[at] = b"0123456789-./ e"[next() % 15],
+                _ => bytes.truncate(at.max(1)),
+            }
+        }
+        if let Ok(mesh) = read_mesh(name, &bytes) {
+            let _ = mesh.validate();
+        }
+    }
+}
