@@ -102,20 +102,19 @@ mod tests {
         for _ in 0..8 {
             assert!(encode(&radiance, [100, 40], &stamp).unwrap() == first);
         }
-        let read = exr::prelude::read_first_rgba_layer_from_file;
         let path = std::env::temp_dir().join(format!("kinora-exr-{}.exr", std::process::id()));
         std::fs::write(&path, &first).unwrap();
-        let image = read(
+        let image = exr::prelude::read_first_rgba_layer_from_file(
             &path,
-            |size, _| (size.0, vec![Vec3::ZERO; size.0 * size.1]),
-            |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-                pixels[at.1 * *width + at.0] = Vec3::new(r, g, b);
+            |size, _| vec![Vec3::ZERO; size.area()],
+            |pixels: &mut Vec<Vec3>, Vec2(x, y), (r, g, b, _): (f32, f32, f32, f32)| {
+                pixels[y * 100 + x] = Vec3::new(r, g, b);
             },
         );
         let (key, scene) = (text(&path, "kinora:frameKey"), text(&path, "kinora:scene"));
         std::fs::remove_file(&path).unwrap();
         let image = image.unwrap();
-        assert_eq!(image.layer_data.channel_data.pixels.1, radiance);
+        assert_eq!(image.layer_data.channel_data.pixels, radiance);
         assert_eq!(image.layer_data.attributes.software_name, Some(text_of(SOFTWARE)));
         assert_eq!(image.layer_data.attributes.frames_per_second, Some((24, 1)));
         assert_eq!((key.as_deref(), scene.as_deref()), (Some("f00d"), Some("5ce0e")));

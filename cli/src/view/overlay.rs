@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use egui::{
-    Align, Align2, Area, CentralPanel, Color32, Frame, Id, Key, Label, Layout, Modifiers, Panel, PointerButton, Rect,
+    Align, Align2, Area, Button, CentralPanel, Color32, Frame, Id, Key, Label, Layout, Modifiers, Panel, PointerButton, Rect,
     Response, RichText, ScrollArea, Sense, Slider, Stroke, Ui, vec2,
 };
 
@@ -124,8 +124,8 @@ fn toast(ui: &Ui, text: &str, area: Rect) {
 
 fn timeline(ui: &mut Ui, model: &mut Model, now: Instant) {
     ui.horizontal(|ui| {
-        let (sign, what) = if model.timeline.playing { ("⏸", "Pause (space)") } else { ("▶", "Play (space)") };
-        if ui.button(sign).on_hover_text(what).clicked() {
+        let what = if model.timeline.playing { "Pause" } else { "Play" };
+        if ui.add(Button::new(what).min_size(vec2(48.0, 0.0))).on_hover_text("space").clicked() {
             model.timeline.playing = !model.timeline.playing;
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -176,5 +176,7 @@ fn badge(ui: &mut Ui, model: &Model) {
         (0, _) => (WARN, crate::report::counts(0, warnings)),
         _ => (BAD, crate::report::counts(errors, warnings)),
     };
-    ui.label(RichText::new(format!("⏺ {text}")).color(color));
+    let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+    ui.painter().circle_filled(dot.center(), 4.0, color);
+    ui.label(RichText::new(text).color(color));
 }

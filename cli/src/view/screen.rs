@@ -33,7 +33,7 @@ impl Screen {
     /// # Errors
     /// There is none, in words.
     pub fn open(events: &ActiveEventLoop, window: Arc<Window>) -> Result<Screen, String> {
-        // OpenGL is asked only where nothing else is there: merely looking for it prints and takes time.
+        // OpenGL is asked only where nothing else is there: merely looking for it takes time.
         let (instance, surface, adapter) =
             find(wgpu::Backends::PRIMARY, events, &window).or_else(|_| find(wgpu::Backends::GL, events, &window))?;
         let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());

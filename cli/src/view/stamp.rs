@@ -17,7 +17,11 @@ pub type Contents = BTreeMap<PathBuf, Option<u64>>;
 /// Reads all of `paths`. A file that is empty or unreadable and was not so in `before` gets a while to become better:
 /// some editors truncate a file and then write it, or remove it and then put another in its place.
 pub fn contents(paths: &[PathBuf], before: &Contents) -> Contents {
-    let patience = Instant::now() + WRITING;
+    contents_within(WRITING, paths, before)
+}
+
+fn contents_within(patience: Duration, paths: &[PathBuf], before: &Contents) -> Contents {
+    let patience = Instant::now() + patience;
     let read = |path: &PathBuf| loop {
         let (hash, empty) = hash(path);
         let expected = before.get(path).is_some_and(|old| *old == hash);
@@ -90,7 +94,7 @@ mod tests {
             let path = path.clone();
             move || std::fs::write(path, "one").unwrap()
         });
-        assert_eq!(contents(&paths, &first), first);
+        assert_eq!(contents_within(Duration::from_secs(60), &paths, &first), first);
         writer.join().unwrap();
         std::fs::remove_file(&path).unwrap();
     }

@@ -120,6 +120,17 @@ impl View {
         self.errors.lock().unwrap().clone()
     }
 
+    /// Waits for the report of the next reload without errors.
+    #[track_caller]
+    pub fn good_reload(&mut self) -> serde_json::Value {
+        loop {
+            let reload = self.reload();
+            if reload["errors"] == 0 {
+                return reload;
+            }
+        }
+    }
+
     /// Waits for the report of the next reload.
     #[track_caller]
     pub fn reload(&mut self) -> serde_json::Value {

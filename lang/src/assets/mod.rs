@@ -101,7 +101,7 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
             Some(mesh) => mesh,
             None => {
                 let mesh =
-                    load(request, files, source).map(Arc::new).map_err(|diagnostic| diagnostics.push(diagnostic));
+                    load(request, files, source).map(Arc::new).map_err(|diagnostic| diagnostics.push(*diagnostic));
                 if let Some(key) = key {
                     known.insert(key, mesh.clone());
                 }
@@ -114,7 +114,7 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
     }
 }
 
-fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mesh, Diagnostic> {
+fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mesh, Box<Diagnostic>> {
     let (file, span) = (source.id, request.span);
     let (name, mesh) = match &request.from {
         MeshFrom::Lists(mesh) => (mesh.name.clone(), Ok(mesh.clone())),
@@ -122,12 +122,13 @@ fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mes
             let ending = written.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
             let models = ["gltf", "glb"];
             if ending == "stl" {
-                return Err(not_yet("meshes from `.stl`", file, span));
+                return Err(not_yet("meshes from `.stl`", file, span).into());
             }
             if models.contains(&ending.as_str()) {
                 return Err(Diagnostic::new("E0801", format!("`{written}` is not a mesh file"))
                     .primary(file, span, "a whole glTF scene")
-                    .help("write `model { file: .. }`"));
+                    .help("write `model { file: .. }`")
+                    .into());
             }
             let path = resolve(&source.name, written).map_err(|error| error.diagnostic(file, span))?;
             let bytes = files.read(&path).map_err(|error| {
@@ -149,6 +150,6 @@ fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mes
             _ => format!("`{name}` {}", error.message),
         };
         let diagnostic = Diagnostic::new(error.code, message).primary(file, span, "cannot be used");
-        if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) }
+        Box::new(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) })
     })
 }

@@ -12,7 +12,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
         triangulate: true,
         ignore_points: true,
         ignore_lines: true,
-        ..Default::default()
     };
     let mut reader = bytes;
     let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| Ok(Default::default())).map_err(|error| {

@@ -42,7 +42,7 @@ pub struct Graph {
 
 impl Graph {
     /// How many operations there are.
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.code.len()
     }
 
@@ -282,7 +282,7 @@ mod tests {
     fn constants_fold_and_twins_merge() {
         let mut graph = Graph::default();
         let sum = graph.add(2.0.into(), 3.0.into());
-        assert_eq!((sum, graph.len()), (Scalar::Const(5.0), 0));
+        assert_eq!((sum, graph.size()), (Scalar::Const(5.0), 0));
         let time = graph.time();
         let unused = graph.mul(time, 7.0.into());
         let a = graph.mul(time, 2.0.into());

@@ -75,6 +75,7 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
         return best;
     }
     let ray = node_ray(o, d);
+    let probe = probe_along(o, d);
     var stack: array<vec2<u32>, BVH_STACK>;
     var depth = 0u;
     // A group: index of its first member, and a mask of members to visit.
@@ -98,7 +99,7 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
         while leaves.y != 0u {
             let i = firstLeadingBit(leaves.y);
             leaves.y &= ~(1u << i);
-            let hit = hit_primitive(leaves.x + i, o, d, best.t, start);
+            let hit = hit_primitive(leaves.x + i, probe, best.t, start);
             if hit.id != NONE {
                 best = hit;
                 if any {

@@ -13,29 +13,37 @@ fn no_hit() -> Hit {
     return Hit(FAR, NONE, vec2<f32>(0.0));
 }
 
-// Watertight: the sign of an edge depends on the edge alone, not on the primitive (Plücker form as in Embree's robust
-// mode; Davidovič et al., "Extending Visibility", 2012), and an edge belongs to both its primitives. `d` has unit length.
-fn hit_flat(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> Hit {
-    let x = primitives[id].x - vec4<f32>(o.x);
-    let y = primitives[id].y - vec4<f32>(o.y);
-    let z = primitives[id].z - vec4<f32>(o.z);
-    let x1 = x.yzwx;
-    let y1 = y.yzwx;
-    let z1 = z.yzwx;
-    // Lane i: the edge from corner i to corner i + 1, and twice its midpoint.
-    let ex = x1 - x;
-    let ey = y1 - y;
-    let ez = z1 - z;
-    let sx = x1 + x;
-    let sy = y1 + y;
-    let sz = z1 + z;
-    let w = (ey * sz - ez * sy) * d.x + (ez * sx - ex * sz) * d.y + (ex * sy - ey * sx) * d.z;
+/// A ray with two axes across it.
+struct Probe {
+    o: vec3<f32>,
+    /// Of unit length.
+    d: vec3<f32>,
+    x: vec3<f32>,
+    y: vec3<f32>,
+}
+
+fn probe_along(o: vec3<f32>, d: vec3<f32>) -> Probe {
+    let frame = frame_about(d);
+    return Probe(o, d, frame.x, frame.y);
+}
+
+// Watertight as Woop, Benthin and Wald's ("Watertight Ray/Triangle Intersection", JCGT 2(1), 2013): a corner's place as
+// seen along the ray depends on the corner alone, an edge's sign on its two corners alone, and both belong to all the
+// primitives around them. An edge through the ray counts as hit.
+fn hit_flat(id: u32, ray: Probe, t_max: f32) -> Hit {
+    let x = primitives[id].x - vec4<f32>(ray.o.x);
+    let y = primitives[id].y - vec4<f32>(ray.o.y);
+    let z = primitives[id].z - vec4<f32>(ray.o.z);
+    let px = x * ray.x.x + y * ray.x.y + z * ray.x.z;
+    let py = x * ray.y.x + y * ray.y.y + z * ray.y.z;
+    // Lane i: the edge from corner i to corner i + 1.
+    let w = px * py.yzwx - py * px.yzwx;
     let low = min(min(w.x, w.y), min(w.z, w.w));
     let high = max(max(w.x, w.y), max(w.z, w.w));
     if low < 0.0 && high > 0.0 {
         return no_hit();
     }
-    let along = x * d.x + y * d.y + z * d.z;
+    let along = x * ray.d.x + y * ray.d.y + z * ray.d.z;
     var uv = vec2<f32>(w.z, w.x);
     var last = along.z;
     // Opposite edges of a parallelogram share its width between them, all edges of a triangle its area.
@@ -58,10 +66,10 @@ fn hit_flat(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> Hit {
 
 // The robust quadratic of Haines et al., Ray Tracing Gems ch. 7, on the unit sphere of the shape's own space, whose rays
 // are not of unit length. A ray that starts on the sphere meets it once more if it goes inside, else never.
-fn hit_sphere(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, starts_on: bool) -> Hit {
+fn hit_sphere(id: u32, ray: Probe, t_max: f32, starts_on: bool) -> Hit {
     let shape = primitives[id].shade.w & ~PRIMITIVE_KIND;
-    let f = object_point(shape, o);
-    let v = object_vector(shape, d);
+    let f = object_point(shape, ray.o);
+    let v = object_vector(shape, ray.d);
     let a = dot(v, v);
     let b = -dot(f, v);
     let nearest = f + (b / a) * v;
@@ -86,16 +94,16 @@ fn hit_sphere(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, starts_on: bool) 
     return Hit(t, id, vec2<f32>(0.0));
 }
 
-/// Primitive `id` of the BVH against the ray from `o` along `d`, a unit vector, in 0 < t < t_max. `start` is the
-/// primitive on which the ray starts, or NONE: what is flat cannot be met again, however the hit would be rounded.
-fn hit_primitive(id: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> Hit {
+/// Primitive `id` of the BVH against a ray, in 0 < t < t_max. `start` is the primitive on which the ray starts, or NONE:
+/// what is flat cannot be met again, however the hit would be rounded.
+fn hit_primitive(id: u32, ray: Probe, t_max: f32, start: u32) -> Hit {
     if (primitives[id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_SPHERE {
-        return hit_sphere(id, o, d, t_max, id == start);
+        return hit_sphere(id, ray, t_max, id == start);
     }
     if id == start {
         return no_hit();
     }
-    return hit_flat(id, o, d, t_max);
+    return hit_flat(id, ray, t_max);
 }
 
 // Plane `shape`: z = 0 in its own space.

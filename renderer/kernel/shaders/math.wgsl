@@ -94,7 +94,7 @@ fn log_(x: f32) -> f32 {
     return (r + tail) + 0.693359375 * e;
 }
 
-/// xʸ for x >= 0; 0⁰ is 1. Relative error below 4e-7 · (1 + |y ln x|).
+/// xʸ for x >= 0; 0⁰ is 1, 0 to any other power 0. Relative error below 4e-7 · (1 + |y ln x|).
 fn pow_(x: f32, y: f32) -> f32 {
     if y == 0.0 {
         return 1.0;

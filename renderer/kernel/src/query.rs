@@ -29,7 +29,9 @@ impl<'a> Native<'a> {
 }
 
 fn safe_inverse(d: f32) -> f32 {
-    NODE_UNITS / if d.abs() < 1e-20 { 1e-20_f32.copysign(d) } else { d }
+    // obvhs takes -0.0 for positive.
+    let tiny = if d < 0.0 { -1e-20 } else { 1e-20 };
+    NODE_UNITS / if d.abs() < 1e-20 { tiny } else { d }
 }
 
 fn node_ray(o: Vec3, d: Vec3, t_max: f32) -> Ray {
@@ -45,9 +47,10 @@ fn node_ray(o: Vec3, d: Vec3, t_max: f32) -> Ray {
 /// The nearest primitive in 0 < t < t_max of a ray that starts on primitive `start`, or NONE.
 #[inline]
 pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
+    let probe = kernel.probe_along(o, d);
     let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
     let mut test = |id: u32| {
-        let hit = kernel.hit_primitive(id, o, d, best.t, start);
+        let hit = kernel.hit_primitive(id, probe, best.t, start);
         if hit.id == NONE {
             return f32::INFINITY;
         }
@@ -68,7 +71,8 @@ pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32
 /// Whether a primitive lies in 0 < t < t_max of a ray that starts on primitive `start`, or NONE.
 #[inline]
 pub fn bvh_any(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> bool {
-    let test = |id: u32| if kernel.hit_primitive(id, o, d, t_max, start).id == NONE { f32::INFINITY } else { 0.0 };
+    let probe = kernel.probe_along(o, d);
+    let test = |id: u32| if kernel.hit_primitive(id, probe, t_max, start).id == NONE { f32::INFINITY } else { 0.0 };
     let ray = node_ray(o, d, t_max);
     !match kernel.native.narrow {
         Some(bvh) => bvh.ray_traverse_miss(ray, |_, i| test(bvh.primitive_indices[i])),

@@ -126,7 +126,7 @@ fn with_each_tree(mut packed: Packed, mut f: impl FnMut(&Kernel<'_>)) {
 fn by_brute_force(k: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
     let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
     for id in 0..k.params.primitive_count {
-        let hit = k.hit_primitive(id, o, d, best.t, start);
+        let hit = k.hit_primitive(id, k.probe_along(o, d), best.t, start);
         if hit.id != NONE {
             best = hit;
         }
@@ -457,8 +457,10 @@ fn an_offset_point_stays_on_its_side() {
                 crossed += usize::from(height(p) <= 0.0);
                 let next = random.direction();
                 let next = if next.dot(side) < 0.0 { -next } else { next };
-                met += usize::from(next.dot(side) > 1e-2 && k.hit_primitive(0, p, next, FAR, NONE).id != NONE);
-                assert_eq!(k.hit_primitive(0, p, next, FAR, hit.id).id, NONE, "it starts there");
+                met += usize::from(
+                    next.dot(side) > 1e-2 && k.hit_primitive(0, k.probe_along(p, next), FAR, NONE).id != NONE,
+                );
+                assert_eq!(k.hit_primitive(0, k.probe_along(p, next), FAR, hit.id).id, NONE, "it starts there");
             });
         }
         assert_eq!((crossed, met), (0, 0), "at scale {scale}: crossed, met again");

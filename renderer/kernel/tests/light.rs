@@ -38,7 +38,8 @@ impl Builder {
         self.lights.push(Light {
             origin: origin.extend(0.0),
             edge_u: u.extend(0.0),
-            edge_v: v.extend(area),
+            edge_v: v.extend(0.0),
+            normal: u.cross(v).normalize_or_zero().extend(1.0 / area),
             kind: UVec4::new(kind, shape, 0, 0),
         });
     }
@@ -135,7 +136,7 @@ fn hits(k: &Kernel<'_>, o: Vec3, d: Vec3) -> Vec<kinora_kernel::generated::Surfa
     for id in 0..k.params.primitive_count {
         let mut from = o;
         for _ in 0..2 {
-            let hit = k.hit_primitive(id, from, d, FAR, NONE);
+            let hit = k.hit_primitive(id, k.probe_along(from, d), FAR, NONE);
             if hit.id == NONE {
                 break;
             }
@@ -408,7 +409,7 @@ fn an_ellipsoid_is_sampled_all_over_and_fills_its_solid_angle() {
             let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
             let met = (0..STEPS * STEPS)
                 .map(|i| direction(1.0 - 2.0 * middle(i / STEPS), 2.0 * PI * middle(i % STEPS)))
-                .filter(|d| k.hit_primitive(0, eye, *d, FAR, NONE).id != NONE)
+                .filter(|d| k.hit_primitive(0, k.probe_along(eye, *d), FAR, NONE).id != NONE)
                 .count();
             let solid_angle = 4.0 * PI * met as f64 / f64::from(STEPS * STEPS);
             filled.check(name, 4, solid_angle, 3e-4 * solid_angle, 2e-3);
