@@ -12,7 +12,7 @@ fn main() {
     let path = "constructs/constructs.wgsl";
     println!("cargo::rerun-if-changed={path}");
     let wgsl = std::fs::read_to_string(path).expect("the constructs are there");
-    let options = kinora_translate::Options { struct_name: "Kernel", native: &[], native_path: "" };
+    let options = kinora_translate::Options { struct_name: "Kernel", native: &[], native_path: "", inline: &[] };
     let mut rust = match kinora_translate::translate(&wgsl, &options) {
         Ok(output) => output.rust,
         Err(error) => panic!("{path}: {error}"),

@@ -97,7 +97,7 @@ fn exr_files_are_the_same_bytes_always() {
     assert!(header.channels.list.iter().all(|channel| channel.sample_type == exr::meta::attribute::SampleType::F32));
     assert_eq!(header.compression, exr::compression::Compression::ZIP16);
     assert_eq!(header.own_attributes.frames_per_second, Some((8, 1)));
-    assert!(header.own_attributes.other.keys().any(|name| name.to_string() == "kinora:scene"));
+    assert!(header.own_attributes.other.keys().any(|name| *name == *"kinora:scene"));
 }
 
 #[test]

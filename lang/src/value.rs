@@ -107,6 +107,20 @@ impl Value {
         }
     }
 
+    /// How many single values it holds, counting no further than `most`; `None` where it is nested deeper than `depth`.
+    pub fn size(&self, most: usize, depth: u32) -> Option<usize> {
+        let (Value::Tuple(items) | Value::List(items)) = self else { return Some(1) };
+        let depth = depth.checked_sub(1)?;
+        let mut size = 1;
+        for item in items.iter() {
+            if size > most {
+                break;
+            }
+            size += item.size(most - size.min(most), depth)?;
+        }
+        Some(size)
+    }
+
     /// Whether it is the same at all times.
     pub fn is_constant(&self) -> bool {
         let all = |parts: &[Scalar]| parts.iter().all(|part| part.constant().is_some());

@@ -265,7 +265,19 @@ fn bombs_end() {
     let branch = "prefab tree(n: int) { sphere { }  for i in 0..9 { tree { n: n + 1 } } }\ntree { n: 0 }".to_string();
     let fuel = "fn f(n: int) = sum([for i in 0..1000: i * n])\nlet many = [for i in 0..100000: f(i)]\nsphere { radius: many[0] }";
     let lists = "fn double(list: list<int>, n: int) = if n == 0 { list } else { double(list + list, n - 1) }\nlet list = double([1, 2], 30)\nsphere { radius: list[0] }";
+    let chain_of = |line: &dyn Fn(usize) -> String| (0..60).map(line).collect::<String>();
+    let tuples = chain_of(&|i| format!("let t{} = (t{i}, t{i})\n", i + 1));
+    let copies = chain_of(&|i| format!("group g{} {{\ngroup like g{i} {{ }}\ngroup like g{i} {{ }}\n}}\n", i + 1));
+    let boxes: String = (0..30_000).map(|i| format!("let b{} = [b{i}]\n", i + 1)).collect();
+    let sums_of_lists =
+        "let big = [for i in 0..100000: i]\nlet all = [for i in 0..100000: sum(big)]\nsphere { radius: all[0] }";
+    let operations = "fn f(n: float) = sin(time / 1s + n)\nlet all = [for i in 0..999999: f(i) * f(i + 0.5) + f(i + 0.25)]\nsphere { radius: all[0] }";
     for (name, text, expected) in [
+        ("tuples", format!("let t0 = (1, 1)\n{tuples}sphere {{ position: t60 }}"), Some("E1004")),
+        ("copies", format!("group g0 {{ sphere {{ }} }}\n{copies}"), Some("E1004")),
+        ("boxes", format!("let b0 = 1\n{boxes}sphere {{ position: b30000 }}"), Some("E1004")),
+        ("sums of lists", sums_of_lists.to_string(), Some("E1003")),
+        ("operations", operations.to_string(), Some("E1004")),
         ("fuel", fuel.to_string(), Some("E1003")),
         ("lists", lists.to_string(), Some("E1004")),
         ("nodes", "for i in 0..1000000 { sphere { }, sphere { } }".to_string(), Some("E1004")),

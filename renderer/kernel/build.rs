@@ -37,8 +37,12 @@ fn main() {
     if let Err(error) = validate(&joined) {
         panic!("the shaders are not valid: see {}\n{error}", out.join("kernel.wgsl").display());
     }
-    let options =
-        Options { struct_name: "Kernel", native: &["bvh_walk", "bvh_closest", "bvh_any"], native_path: "crate::query" };
+    let options = Options {
+        struct_name: "Kernel",
+        native: &["bvh_walk", "bvh_closest", "bvh_any"],
+        native_path: "crate::query",
+        inline: &["hit_primitive", "hit_flat", "hit_sphere"],
+    };
     let output = translate(&joined, &options).unwrap_or_else(|error| panic!("cannot translate the shaders: {error}"));
     fs::write(out.join("kernel.rs"), output.rust).expect("cannot write kernel.rs");
 }

@@ -19,3 +19,31 @@ pub fn gpu() -> Option<(wgpu::Device, wgpu::Queue)> {
     let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
     Some(pollster::block_on(adapter.request_device(&descriptor)).expect("the GPU adapter gives no device"))
 }
+
+/// The scene of a file in the repository, with parameters as `-D` gives them; its warnings are failures too.
+///
+/// # Panics
+/// The file has a mistake.
+pub fn scene(path: &str, params: &[(&str, &str)]) -> kinora_scene::Scene {
+    use kinora_lang::files::{self, Folder};
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    let (folder, name) = Folder::of(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let loaded = files::load(&folder, Default::default(), &name).unwrap_or_else(|error| panic!("{}", error.message()));
+    let params = params.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
+    let overrides = kinora_lang::Overrides { params, ..Default::default() };
+    match kinora_lang::eval(&kinora_lang::parse(&loaded.source), &folder, &overrides) {
+        Ok(evaluated) if evaluated.warnings.is_empty() => evaluated.scene,
+        Ok(evaluated) => panic!("{name}: {:?}", evaluated.warnings),
+        Err(found) => panic!("{name}: {found:?}"),
+    }
+}
+
+/// Linear radiance of a frame on a backend, row by row from the top.
+///
+/// # Panics
+/// The frame cannot be made.
+pub fn render(scene: &kinora_scene::Scene, frame: i64, choice: kinora_renderer::Choice) -> Vec<glam::Vec3> {
+    let world = kinora_animator::sample(scene, scene.clock.shutter_of(frame)).expect("the frame has a world");
+    let backend = kinora_renderer::open(choice, 0).expect("the backend opens");
+    kinora_renderer::Renderer::new(backend).render(&world, &()).expect("the world renders").mean()
+}

@@ -53,8 +53,6 @@ pub struct App {
     model: Model,
     reloads: Reloads,
     shown: Option<Shown>,
-    /// The load that `shown` is of.
-    shown_load: u64,
     egui: egui::Context,
     open: Option<Open>,
     start: Instant,
@@ -83,7 +81,6 @@ impl App {
             model: Model::default(),
             reloads: Reloads::default(),
             shown: None,
-            shown_load: 0,
             egui,
             open: None,
             start: now,
@@ -119,8 +116,10 @@ impl App {
     fn rendered(&mut self) {
         match self.desk.results.take() {
             Some(Ok(picture)) => {
-                self.shown_load = picture.load;
-                self.shown = Some(Shown::new(&self.egui, picture, self.shown.take()));
+                if let Some(open) = &mut self.open {
+                    open.screen.take(picture.size, &picture.rgba);
+                    self.shown = Some(Shown::from(&picture));
+                }
                 self.model.trouble = None;
             }
             Some(Err(failure)) if failure.load == self.model.loads => {
@@ -162,12 +161,14 @@ impl App {
         let running = self.start.elapsed();
         let photo = self.photo.take_if(|photo| photo.due(self.shown.as_ref(), running, hopeless));
         let shapes = self.egui.tessellate(output.shapes, output.pixels_per_point);
-        let image = open.screen.paint(&shapes, output.textures_delta, output.pixels_per_point, photo.is_some());
+        let place = self.shown.and_then(|shown| shown.place);
+        let (textures, scale) = (output.textures_delta, output.pixels_per_point);
+        let image = open.screen.paint(place, &shapes, textures, scale, photo.is_some());
 
         let wait = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         let wait = [wait, self.model.idle(now)].into_iter().flatten().min();
         self.redraw_at = wait.and_then(|wait| now.checked_add(wait));
-        let line = self.reloads.pixel(self.shown_load, Instant::now());
+        let line = self.shown.and_then(|shown| self.reloads.pixel(shown.load, Instant::now()));
         self.tell(line);
         if let (Some(photo), Some(image)) = (photo, image) {
             self.photographed(&photo, image.and_then(|image| photo.save(&image)), events);

@@ -5,6 +5,7 @@
 //! slots where the newest message wins, so that none ever waits for another.
 
 mod app;
+mod blit;
 mod compare;
 mod fit;
 mod folders;

@@ -1,4 +1,4 @@
-//! What the window shows: the picture, what is wrong with the text, the timeline and the status line.
+//! What the window shows with the picture: what is wrong with the text, the timeline and the status line.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,6 @@ use egui::{
 use super::model::{Gesture, Model};
 use super::shown::Shown;
 
-const BACKGROUND: Color32 = Color32::from_gray(24);
 const PANEL: Color32 = Color32::from_rgb(34, 22, 22);
 const GOOD: Color32 = Color32::from_rgb(110, 190, 110);
 const WARN: Color32 = Color32::from_rgb(230, 180, 80);
@@ -35,8 +34,7 @@ pub fn show(ui: &mut Ui, model: &mut Model, shown: Option<&mut Shown>, status: &
     }
     CentralPanel::no_frame().show(ui, |ui| {
         let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        ui.painter().rect_filled(area, 0.0, BACKGROUND);
-        let height = shown.and_then(|shown| shown.paint(ui, area)).unwrap_or(area.height());
+        let height = shown.and_then(|shown| shown.put(ui, area)).unwrap_or(area.height());
         camera(ui, model, &response, height, now);
         findings(ui, model, area);
         if let Some(text) = model.toast(now) {
@@ -104,10 +102,9 @@ fn findings(ui: &Ui, model: &Model, area: Rect) {
     let inner = area.shrink(12.0);
     Area::new(Id::unique("findings")).fixed_pos(inner.min).constrain_to(inner).show(ui, |ui| {
         Frame::new().fill(PANEL).stroke(Stroke::new(1.0, BAD)).corner_radius(4.0).inner_margin(10.0).show(ui, |ui| {
-            ui.set_width(inner.width() - 20.0);
+            ui.set_max_width(inner.width() - 24.0);
             ui.label(RichText::new(what).color(BAD).strong());
-            ui.separator();
-            ScrollArea::both().max_height(inner.height() * 0.6).show(ui, |ui| {
+            ScrollArea::both().max_height(inner.height() * 0.5).show(ui, |ui| {
                 let text = RichText::new(text).monospace().color(Color32::from_gray(230));
                 ui.add(Label::new(text).selectable(true).extend());
             });

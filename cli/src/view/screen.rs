@@ -1,4 +1,4 @@
-//! The window's surface, and egui drawn upon it.
+//! The window's surface; the picture and egui are drawn upon it.
 
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -11,10 +11,14 @@ use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
+use super::blit::{Blit, Place};
 use crate::terminal;
 
 /// How long a photograph of the window may take.
 const READ_BACK: Duration = Duration::from_secs(10);
+
+/// What is seen beside the picture.
+const BACKGROUND: wgpu::Color = wgpu::Color { r: 24.0 / 255.0, g: 24.0 / 255.0, b: 24.0 / 255.0, a: 1.0 };
 
 /// What is drawn upon.
 pub struct Screen {
@@ -25,6 +29,7 @@ pub struct Screen {
     queue: wgpu::Queue,
     config: wgpu::SurfaceConfiguration,
     egui: egui_wgpu::Renderer,
+    blit: Blit,
 }
 
 impl Screen {
@@ -53,7 +58,8 @@ impl Screen {
         surface.configure(&device, &config);
         let options = RendererOptions { dithering: false, ..Default::default() };
         let egui = egui_wgpu::Renderer::new(&device, config.format, options);
-        Ok(Screen { instance, window, surface, device, queue, config, egui })
+        let blit = Blit::new(&device, config.format);
+        Ok(Screen { instance, window, surface, device, queue, config, egui, blit })
     }
 
     /// The longest side of a texture in pixels.
@@ -68,9 +74,15 @@ impl Screen {
         self.surface.configure(&self.device, &self.config);
     }
 
-    /// Shows what egui drew; gives it as an image, too, if `photo` is set.
+    /// Takes the next picture: its size in pixels and four bytes of each.
+    pub fn take(&mut self, size: [u32; 2], rgba: &[u8]) {
+        self.blit.take(&self.device, &self.queue, size, rgba);
+    }
+
+    /// Shows the picture at `place` and what egui drew over it; gives all that as an image, too, if `photo` is set.
     pub fn paint(
         &mut self,
+        place: Option<Place>,
         shapes: &[ClippedPrimitive],
         mut textures: TexturesDelta,
         pixels_per_point: f32,
@@ -88,12 +100,12 @@ impl Screen {
 
         let frame = self.next_frame();
         if let Some(frame) = &frame {
-            self.draw(&mut encoder, &frame.texture, shapes, &screen);
+            self.draw(&mut encoder, &frame.texture, place, shapes, &screen);
         }
         // Drawn once more, because not every surface can be read.
         let copy = photo.then(|| self.copy());
         if let Some(copy) = &copy {
-            self.draw(&mut encoder, copy, shapes, &screen);
+            self.draw(&mut encoder, copy, place, shapes, &screen);
         }
         commands.push(encoder.finish());
         self.queue.submit(commands);
@@ -129,15 +141,20 @@ impl Screen {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         target: &wgpu::Texture,
+        place: Option<Place>,
         shapes: &[ClippedPrimitive],
         screen: &ScreenDescriptor,
     ) {
         let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store };
+        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(BACKGROUND), store: wgpu::StoreOp::Store };
         let color = wgpu::RenderPassColorAttachment { view: &view, resolve_target: None, ops, depth_slice: None };
         let pass = encoder
             .begin_render_pass(&wgpu::RenderPassDescriptor { color_attachments: &[Some(color)], ..Default::default() });
-        self.egui.render(&mut pass.forget_lifetime(), shapes, screen);
+        let mut pass = pass.forget_lifetime();
+        if let Some(place) = place {
+            self.blit.draw(&mut pass, place, screen.size_in_pixels);
+        }
+        self.egui.render(&mut pass, shapes, screen);
     }
 
     fn copy(&self) -> wgpu::Texture {

@@ -1,14 +1,15 @@
-//! The picture as last rendered, as a texture in the window.
+//! What is known of the picture on the screen.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use egui::{ColorImage, Context, Image, Rect, TextureHandle, TextureOptions, Ui};
+use egui::{Rect, Ui};
 
+use super::blit::Place;
 use super::fit::fit;
 use super::work::Picture;
 
 /// A picture on the screen.
+#[derive(Clone, Copy, Debug)]
 pub struct Shown {
     /// Its size in pixels when it is no preview.
     pub full: [u32; 2],
@@ -20,52 +21,37 @@ pub struct Shown {
     pub wanted: u32,
     /// How long these took.
     pub time: Duration,
-    texture: TextureHandle,
-    image: Arc<ColorImage>,
-    squares: bool,
+    /// Which load of the scene it is of.
+    pub load: u64,
+    /// Where it was last drawn.
+    pub place: Option<Place>,
+}
+
+impl From<&Picture> for Shown {
+    fn from(picture: &Picture) -> Shown {
+        let &Picture { size, full, samples, wanted, time, load, .. } = picture;
+        Shown { full, preview: size != full, samples, wanted, time, load, place: None }
+    }
 }
 
 impl Shown {
-    /// Shows `picture` in the place of `before`.
-    pub fn new(context: &Context, picture: Picture, before: Option<Shown>) -> Shown {
-        let preview = picture.preview();
-        let Picture { image, full, samples, wanted, time, .. } = picture;
-        let image = Arc::new(image);
-        let squares = before.as_ref().is_some_and(|before| before.squares);
-        let texture = match before {
-            Some(mut before) => {
-                before.texture.set(image.clone(), filter(squares && !preview));
-                before.texture
-            }
-            None => context.load_texture("picture", image.clone(), filter(false)),
-        };
-        Shown { full, preview, samples, wanted, time, texture, image, squares }
-    }
-
     /// Whether it has at least `samples` samples, or all it will have.
     pub fn has(&self, samples: u32) -> bool {
         !self.preview && self.samples >= samples.min(self.wanted)
     }
 
-    /// Draws the picture in the middle of `area`; gives its height in points.
-    pub fn paint(&mut self, ui: &Ui, area: Rect) -> Option<f32> {
-        let place = fit(self.full, area.size().into())?;
-        let squares = place.squares(ui.pixels_per_point());
-        if squares != self.squares {
-            self.squares = squares;
-            // A preview is blurred rather than blocky: its pixels are not those of the picture.
-            self.texture.set(self.image.clone(), filter(squares && !self.preview));
-        }
-        let rect = Rect::from_center_size(area.center(), place.size.into());
-        Image::new((self.texture.id(), rect.size())).paint_at(ui, rect);
+    /// Places the picture in the middle of `area`; gives its height in points.
+    pub fn put(&mut self, ui: &Ui, area: Rect) -> Option<f32> {
+        let scale = ui.pixels_per_point();
+        self.place = None;
+        let fit = fit(self.full, area.size().into())?;
+        let rect = Rect::from_center_size(area.center(), fit.size.into());
+        // On whole pixels of the window, so that edges are sharp.
+        let [left, top] = [rect.min.x, rect.min.y].map(|at| (at * scale).round());
+        let [width, height] = fit.size.map(|side| (side * scale).floor());
+        // A preview is blurred rather than blocky: its pixels are not those of the picture.
+        let squares = fit.squares(scale) && !self.preview;
+        self.place = Some(Place { pixels: [left, top, width, height], squares });
         Some(rect.height())
-    }
-}
-
-fn filter(squares: bool) -> TextureOptions {
-    if squares {
-        TextureOptions { minification: egui::TextureFilter::Linear, ..TextureOptions::NEAREST }
-    } else {
-        TextureOptions::LINEAR
     }
 }

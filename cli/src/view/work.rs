@@ -4,7 +4,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::ColorImage;
 use kinora_renderer::{Backend, Film, Renderer, develop};
 use kinora_scene::{Look, Shutter, Still, View, World};
 
@@ -38,8 +37,10 @@ pub struct Job {
 
 /// A picture made.
 pub struct Picture {
-    /// Display values.
-    pub image: ColorImage,
+    /// Display values, four bytes a pixel, row by row from the top.
+    pub rgba: Vec<u8>,
+    /// Its width and height in pixels.
+    pub size: [u32; 2],
     /// Width and height that it has when it is no preview.
     pub full: [u32; 2],
     /// Samples a pixel so far.
@@ -50,13 +51,6 @@ pub struct Picture {
     pub time: Duration,
     /// The load of [`Job::load`].
     pub load: u64,
-}
-
-impl Picture {
-    /// Whether it is smaller than it will be.
-    pub fn preview(&self) -> bool {
-        self.image.size != self.full.map(|side| side as usize)
-    }
 }
 
 /// Why there is no picture.
@@ -133,9 +127,9 @@ impl Worker<'_> {
             self.pace.learn(size, end - done, begun.elapsed().as_secs_f64());
             if end == samples || shown.is_none_or(|shown| shown.elapsed() >= SHOW_EVERY) {
                 let time = start.elapsed();
-                let image = displayed(&film, &world.look);
+                let rgba = displayed(&film, &world.look);
                 let wanted = world.render.samples;
-                let picture = Picture { image, full, samples: end, wanted, time, load: job.load };
+                let picture = Picture { rgba, size, full, samples: end, wanted, time, load: job.load };
                 self.desk.results.put(Ok(picture));
                 (self.wake)();
                 shown = Some(Instant::now());
@@ -152,18 +146,17 @@ fn said(error: kinora_renderer::RenderError) -> String {
     format!("error: {error}")
 }
 
-/// The film as the screen shows it, developed on all cores.
-fn displayed(film: &Film, look: &Look<Still>) -> ColorImage {
+/// The film as the screen shows it, developed on all cores; four bytes a pixel.
+fn displayed(film: &Film, look: &Look<Still>) -> Vec<u8> {
     let mean = film.mean();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let part = mean.len().div_ceil(cores).max(1 << 14);
-    let parts: Vec<Vec<u8>> = std::thread::scope(|scope| {
-        let develop = |pixels| develop(pixels, [0, 0], look).rgb8();
+    let develop = |pixels: &[_]| -> Vec<u8> {
+        let rgb = develop(pixels, [0, 0], look).rgb8();
+        rgb.chunks_exact(3).flat_map(|c| [c[0], c[1], c[2], 255]).collect()
+    };
+    std::thread::scope(|scope| {
         let threads: Vec<_> = mean.chunks(part).map(|pixels| scope.spawn(move || develop(pixels))).collect();
-        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
-    });
-    let mut pixels: Vec<egui::Color32> =
-        parts.concat().chunks_exact(3).map(|c| egui::Color32::from_rgb(c[0], c[1], c[2])).collect();
-    pixels.resize(mean.len(), egui::Color32::BLACK);
-    ColorImage::new(film.size().map(|side| side as usize), pixels)
+        threads.into_iter().flat_map(|thread| thread.join().unwrap_or_default()).collect()
+    })
 }

@@ -7,12 +7,7 @@ use tobj::LoadOptions;
 use super::AssetError;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
-    let options = LoadOptions {
-        single_index: true,
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-    };
+    let options = LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
     let mut reader = bytes;
     let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| Ok(Default::default())).map_err(|error| {
         AssetError::unreadable(format!("is not a valid OBJ file: {}", lower_first(&error.to_string())))

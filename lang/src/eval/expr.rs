@@ -186,6 +186,9 @@ impl<'a> Machine<'a> {
             return Value::Error;
         }
         let value = Value::Tuple(values.into());
+        if !self.fits(&value, items.first().map_or(Span::at(0), |item| item.span)) {
+            return Value::Error;
+        }
         if let Some(numbers) = value.numbers() {
             let measured = |number: &&Number| !number.dimension.is_none();
             let mut dimensions: Vec<Dimension> = numbers.iter().filter(measured).map(|n| n.dimension).collect();
@@ -227,7 +230,27 @@ impl<'a> Machine<'a> {
                 .label(self.file(), place(0), format!("the first item is {}", self.describe(first)));
             return self.error(diagnostic);
         }
-        Value::List(values.into())
+        let list = Value::List(values.into());
+        if self.fits(&list, place(0)) { list } else { Value::Error }
+    }
+
+    /// Uses up the steps that a list or tuple costs; false where it is too large or too deep.
+    fn fits(&mut self, value: &Value, span: Span) -> bool {
+        match value.size(limits::LIST + 1, limits::NESTING) {
+            Some(size) if size > limits::LIST + 1 => {
+                self.too_many("items in a list", limits::LIST, span);
+                false
+            }
+            Some(size) => self.step(size as u64 / 8, span),
+            None => {
+                let message = format!("lists are nested deeper than {} levels", limits::NESTING);
+                let diagnostic = Diagnostic::new("E1004", message)
+                    .primary(self.file(), span, "too deep here")
+                    .help("make one long list of them");
+                self.stop(diagnostic);
+                false
+            }
+        }
     }
 
     /// E1004.
@@ -510,7 +533,9 @@ impl<'a> Machine<'a> {
         if function.later {
             return self.later(&format!("`{}`", name.text), span);
         }
-        if !self.step(1 + more.len() as u64, span) {
+        let arguments = given.iter().filter_map(|given| given.0.as_ref()).chain(more.iter().map(|given| &given.0));
+        let size: usize = arguments.map(|value| value.size(limits::LIST, limits::NESTING).unwrap_or(0)).sum();
+        if !self.step(1 + size as u64 / 4, span) {
             return Value::Error;
         }
         let missing = |(param, given): (&builtin::Param, &(Option<Value>, Span))| !param.optional && given.0.is_none();
@@ -666,14 +691,11 @@ impl<'a> Machine<'a> {
         if base.is_error() || index.is_error() {
             return Value::Error;
         }
-        let items = match &base {
-            Value::List(items) | Value::Tuple(items) => items.clone(),
+        let count = match &base {
+            Value::List(items) | Value::Tuple(items) => items.len(),
             Value::Range(from, to) => match (from.value.constant(), to.value.constant()) {
-                (Some(from), Some(to)) if to - from <= limits::LOOP as f64 => {
-                    let count = (to - from).max(0.0) as usize;
-                    (0..count).map(|i| Value::Number(Number::int(from + i as f64))).collect()
-                }
-                _ => Arc::from([]),
+                (Some(from), Some(to)) => (to - from).max(0.0).ceil() as usize,
+                _ => 0,
             },
             other => {
                 let diagnostic = Diagnostic::new("E0301", format!("expected a list, found {}", self.describe(other)))
@@ -686,25 +708,23 @@ impl<'a> Machine<'a> {
             self.structure("the choice of an item", span, span);
             return Value::Error;
         };
-        if at >= 0.0
-            && let Some(item) = items.get(at as usize)
-        {
-            return item.clone();
+        if at >= 0.0 && at < count as f64 {
+            return match &base {
+                Value::List(items) | Value::Tuple(items) => items.get(at as usize).cloned().unwrap_or(Value::Error),
+                Value::Range(from, _) => {
+                    Value::Number(Number::int(from.value.constant().map_or(0.0, |from| from.trunc() + at)))
+                }
+                _ => Value::Error,
+            };
         }
-        let mut diagnostic = Diagnostic::new(
-            "E0409",
-            format!("list has {} item{}, index {}", items.len(), if items.len() == 1 { "" } else { "s" }, at),
-        )
-        .primary(self.file(), span, "there is no such item")
-        .label(
-            self.file(),
-            base_span,
-            format!("{} item{}", items.len(), if items.len() == 1 { "" } else { "s" }),
-        );
-        if items.len() == 1 {
+        let plural = if count == 1 { "" } else { "s" };
+        let mut diagnostic = Diagnostic::new("E0409", format!("list has {count} item{plural}, index {at}"))
+            .primary(self.file(), span, "there is no such item")
+            .label(self.file(), base_span, format!("{count} item{plural}"));
+        if count == 1 {
             diagnostic = diagnostic.help("the only item is 0");
-        } else if !items.is_empty() {
-            diagnostic = diagnostic.help(format!("items are 0..{}", items.len() - 1));
+        } else if count > 1 {
+            diagnostic = diagnostic.help(format!("items are 0..{}", count - 1));
         }
         self.error(diagnostic)
     }
@@ -800,6 +820,11 @@ impl<'a> Machine<'a> {
             return Value::Error;
         }
         let span = left.1.to(right.1);
+        if matches!(a, Value::List(_) | Value::Tuple(_))
+            && !self.step(a.size(limits::LIST, limits::NESTING).unwrap_or(0) as u64 / 4, span)
+        {
+            return Value::Error;
+        }
         let result = match (op, a, b) {
             (BinaryOp::And | BinaryOp::Or, Value::Bool(x), Value::Bool(y)) => {
                 let op = if op == BinaryOp::And { Binary::And } else { Binary::Or };

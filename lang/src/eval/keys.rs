@@ -244,10 +244,6 @@ impl<'a> Machine<'a> {
 
     /// Whether the value can be a key beside the first one.
     fn key_value(&mut self, value: &Value, span: Span, first: Option<&KeyItem>) -> bool {
-        if !value.is_constant() {
-            self.later("keys whose values change over time", span);
-            return false;
-        }
         let fits = match value {
             Value::Number(_) | Value::Bool(_) | Value::Color(_) | Value::Turn(_) => true,
             value => value.numbers().is_some(),
@@ -258,6 +254,10 @@ impl<'a> Machine<'a> {
                 .primary(self.file(), span, format!("this is {found}"))
                 .help("keys hold numbers, vectors, colours, rotations, `true` and `false`");
             self.report(diagnostic);
+            return false;
+        }
+        if !value.is_constant() {
+            self.later("keys whose values change over time", span);
             return false;
         }
         if let Some(first) = first

@@ -12,8 +12,14 @@ pub const STACK_BYTES: usize = 256 << 20;
 pub const LOOP: u64 = 1_000_000;
 /// Nodes of a scene.
 pub const NODES: usize = 1_000_000;
-/// Items of a list.
+/// Items of a list, those of its lists included.
 pub const LIST: usize = 1_000_000;
+/// Lists and tuples inside one another.
+pub const NESTING: u32 = 64;
+/// Different operations on what moves.
+pub const OPERATIONS: usize = 4_000_000;
+/// Groups inside one another.
+pub const GROUPS: u32 = 4096;
 /// Bytes of a text.
 pub const TEXT: usize = 64 << 10;
 /// Keys of a curve.

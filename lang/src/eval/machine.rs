@@ -234,6 +234,14 @@ impl<'a> Machine<'a> {
             self.stop(diagnostic);
             return false;
         }
+        if self.graph.size() > limits::OPERATIONS {
+            let limit = crate::eval::expr::spaced(limits::OPERATIONS as f64);
+            let diagnostic = Diagnostic::new("E1004", format!("more than {limit} operations over time"))
+                .primary(self.file(), span, "the last one")
+                .help("compute less from `time` and `keys`");
+            self.stop(diagnostic);
+            return false;
+        }
         self.depth += 1;
         true
     }

@@ -151,7 +151,7 @@ fn evaluate<'a>(
     }
     let lowered = match machine.stopped {
         true => None,
-        false => Some(lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known)),
+        false => lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known),
     };
     let mut diagnostics = errors.to_vec();
     diagnostics.extend(resolved);

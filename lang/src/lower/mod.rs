@@ -14,6 +14,7 @@ use kinora_scene::{Animated, Clock, Emission, Look, Material, Render, Scene, Sky
 
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::eval::items::kind_text;
+use crate::eval::limits;
 use crate::eval::machine::{Machine, NodeKind, NodeValue};
 use crate::schema::{Since, Sort};
 use crate::source::Span;
@@ -40,6 +41,10 @@ struct Found {
     placed: Vec<(NodeId, Option<usize>)>,
     /// Something could not be read: nothing can be said about what is missing.
     unknown: bool,
+    /// How many nodes were met: what is copied by `like` may be met more often than it is written.
+    met: usize,
+    /// Where there were too many nodes, or too many inside one another.
+    too_many: Option<NodeId>,
 }
 
 /// Everything that lowering needs at hand.
@@ -54,11 +59,16 @@ struct Lower<'m, 'a> {
     meshes: Vec<MeshRequest>,
 }
 
-/// The scene that `roots` make. Problems are reported to the machine; `whole` says that the text had no error before.
-pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&str>, whole: bool) -> Lowered {
+/// The scene that `roots` make; none where it has too many nodes. Problems are reported to the machine; `whole` says that the text had no error before.
+pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&str>, whole: bool) -> Option<Lowered> {
     let mut found = Found { unknown: !whole, ..Found::default() };
     for id in roots {
-        gather(machine, *id, None, &mut found);
+        gather(machine, *id, None, 0, &mut found);
+    }
+    if let Some(id) = found.too_many {
+        let span = machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
+        machine.too_many("nodes", limits::NODES, span);
+        return None;
     }
     let mut lower = Lower {
         machine,
@@ -69,10 +79,17 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         known_materials: HashMap::new(),
         meshes: Vec::new(),
     };
-    lower.scene(camera)
+    Some(lower.scene(camera))
 }
 
-fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, found: &mut Found) {
+fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, found: &mut Found) {
+    found.met += 1;
+    if found.met > limits::NODES || depth > limits::GROUPS {
+        found.too_many = found.too_many.or(Some(id));
+    }
+    if found.too_many.is_some() {
+        return;
+    }
     let Some(node) = machine.done(id) else {
         found.unknown = true;
         return;
@@ -100,7 +117,7 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, found: &mut 
         }
     }
     for child in &node.children {
-        gather(machine, *child, inner, found);
+        gather(machine, *child, inner, depth + 1, found);
     }
 }
 

@@ -22,7 +22,8 @@ pub fn function(
 ) -> Result<String, Reason> {
     let mut names = items.names.clone();
     let mut arguments = Vec::new();
-    let mut signature = format!("    #[inline]\n    pub fn {name}(&self");
+    let always = if items.inline.iter().any(|inner| inner == name) { "(always)" } else { "" };
+    let mut signature = format!("    #[inline{always}]\n    pub fn {name}(&self");
     for argument in &function.arguments {
         let name = names.unique(argument.name.as_deref().unwrap_or("argument"));
         write!(signature, ", {name}: {}", rust_type(module, argument.ty)?).map_err(|_| "an argument")?;

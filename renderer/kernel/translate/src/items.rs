@@ -19,6 +19,8 @@ pub struct Items {
     pub globals: HashMap<Handle<GlobalVariable>, String>,
     /// The names that a local must not take: Rust reads `let NAME` as a pattern where `NAME` is a constant.
     pub names: Names,
+    /// The functions that are always inlined.
+    pub inline: Vec<String>,
 }
 
 /// How a function is called.
@@ -65,7 +67,8 @@ impl Items {
         {
             return Err(Error::construct(missing, "a native function that the WGSL does not declare"));
         }
-        Ok(Self { constants, functions, globals, names })
+        let inline = options.inline.iter().map(|name| plain(name)).collect();
+        Ok(Self { constants, functions, globals, names, inline })
     }
 
     /// A constant by name, or its value where it has none.

@@ -4,7 +4,7 @@
 //! bindings:
 //!
 //! ```
-//! let options = kinora_translate::Options { struct_name: "Kernel", native: &[], native_path: "" };
+//! let options = kinora_translate::Options { struct_name: "Kernel", native: &[], native_path: "", inline: &[] };
 //! let output = kinora_translate::translate("fn twice(x: f32) -> f32 { return 2.0 * x; }", &options)?;
 //! assert!(output.rust.contains("pub fn twice(&self, x: f32) -> f32"));
 //! # Ok::<(), kinora_translate::Error>(())
@@ -59,6 +59,8 @@ pub struct Options<'a> {
     pub native: &'a [&'a str],
     /// The path of the module that holds the native functions and a struct `Native<'a>`, such as `crate::query`.
     pub native_path: &'a str,
+    /// The names of the functions that are inlined wherever they are called: those of the innermost loops.
+    pub inline: &'a [&'a str],
 }
 
 /// What [`translate`] makes.

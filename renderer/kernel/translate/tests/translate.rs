@@ -3,7 +3,8 @@
 
 use kinora_translate::{Options, translate, validate};
 
-const OPTIONS: Options<'_> = Options { struct_name: "Kernel", native: &["native"], native_path: "crate::query" };
+const OPTIONS: Options<'_> =
+    Options { struct_name: "Kernel", native: &["native"], native_path: "crate::query", inline: &[] };
 const NATIVE: &str = "fn native(x: f32) -> f32 { return x; }\n";
 
 /// Each part has to be found in the message of the error, or in the Rust where there is none.
