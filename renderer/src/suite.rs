@@ -263,8 +263,8 @@ fn lamp_shapes(open: &Open) {
     near("scaled sphere of a power", mean(&trace(open, &scaled)), 0.5 * 4.0 * 0.0625, 0.002);
     // An ellipsoid shows the floor the solid angle of its outline: an ellipse seen from below, far away.
     let flat = at(0.0, 100.0, 0.0) * DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.0));
-    let ellipsoid = lit_floor(|w| add(w, Shape::Sphere { radius_m: 1.0 }, flat, emitter(Emission::Radiance(1e4))));
-    near("ellipsoid", mean(&trace(open, &ellipsoid)), 0.5 * 1e4 * 2.0 / (100.0 * 100.0), 0.01);
+    let ellipsoid = lit_floor(|w| add(w, Shape::Sphere { radius_m: 1.0 }, flat, emitter(Emission::Radiance(3e4))));
+    near("ellipsoid", mean(&trace(open, &ellipsoid)), 0.5 * 3e4 * 2.0 / (100.0 * 100.0), 0.03);
     // A box shows its lower face alone.
     let lamp = Shape::Box { size_m: DVec3::new(1.0, 0.2, 1.0) };
     let boxed = lit_floor(|w| add(w, lamp, at(0.0, 1.1, 0.0), emitter(Emission::Radiance(3.0))));

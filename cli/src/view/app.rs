@@ -159,13 +159,15 @@ impl App {
         }
         let hopeless = self.model.good.is_none() && self.model.findings.errors > 0;
         let running = self.start.elapsed();
-        let photo = self.photo.take_if(|photo| photo.due(self.shown.as_ref(), running, hopeless));
+        let wait = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        // What appears takes egui another frame to lay out.
+        let complete = wait.is_none_or(|wait| !wait.is_zero());
+        let photo = self.photo.take_if(|photo| complete && photo.due(self.shown.as_ref(), running, hopeless));
         let shapes = self.egui.tessellate(output.shapes, output.pixels_per_point);
         let place = self.shown.and_then(|shown| shown.place);
         let (textures, scale) = (output.textures_delta, output.pixels_per_point);
         let image = open.screen.paint(place, &shapes, textures, scale, photo.is_some());
 
-        let wait = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         let wait = [wait, self.model.idle(now)].into_iter().flatten().min();
         self.redraw_at = wait.and_then(|wait| now.checked_add(wait));
         let line = self.shown.and_then(|shown| self.reloads.pixel(shown.load, Instant::now()));

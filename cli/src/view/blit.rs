@@ -49,7 +49,11 @@ impl Blit {
             cache: None,
         });
         let sampler = |filter| {
-            device.create_sampler(&wgpu::SamplerDescriptor { mag_filter: filter, min_filter: filter, ..Default::default() })
+            device.create_sampler(&wgpu::SamplerDescriptor {
+                mag_filter: filter,
+                min_filter: filter,
+                ..Default::default()
+            })
         };
         // Values are for the display already: what the target encodes, the texture must decode.
         let format = match format.is_srgb() {
@@ -81,7 +85,8 @@ impl Blit {
         self.picture = Some([&self.smooth, &self.squares].map(|sampler| {
             let resources = [wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(sampler)];
             let mut binding = 0..;
-            let entries = resources.map(|resource| wgpu::BindGroupEntry { binding: binding.next().unwrap_or(0), resource });
+            let entries =
+                resources.map(|resource| wgpu::BindGroupEntry { binding: binding.next().unwrap_or(0), resource });
             device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries })
         }));
     }

@@ -23,7 +23,7 @@ impl Fit {
 pub fn fit(picture: [u32; 2], area: [f32; 2]) -> Option<Fit> {
     let [width, height] = picture.map(|side| side as f32);
     let scale = (area[0] / width).min(area[1] / height);
-    (scale.is_finite() && scale > 0.0).then(|| Fit { size: [width * scale, height * scale], scale })
+    (scale.is_finite() && scale > 0.0).then_some(Fit { size: [width * scale, height * scale], scale })
 }
 
 /// `picture` made smaller, in its shape, so that no side is longer than `max_side`.

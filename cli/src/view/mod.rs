@@ -30,6 +30,7 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
 
+use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
 
 use crate::exit::{self, Outcome};
@@ -80,8 +81,7 @@ pub fn run(args: &Args) -> Outcome {
         picture.threads = thread::available_parallelism().map_or(1, |cores| cores.get().saturating_sub(1).max(1));
     }
     let backend = picture.open().map_err(|error| error.to_string())?;
-    let events =
-        EventLoop::<Wake>::with_user_event().build().map_err(|error| format!("cannot open a window: {error}"))?;
+    let events = EventLoop::<Wake>::with_user_event().build().map_err(no_window)?;
 
     let name = args.scene.file.file_name().unwrap_or(args.scene.file.as_os_str()).to_string_lossy().into_owned();
     let settings = Settings { title: format!("{name} — Kinora"), device: backend.device(), json: args.json };
@@ -106,6 +106,13 @@ pub fn run(args: &Args) -> Outcome {
     desk.jobs.close();
     // Not for the work, but for the device, which is better not torn down under it.
     let _ = end.recv_timeout(FAREWELL);
-    ended.map_err(|error| format!("the window was lost: {error}"))?;
+    ended.map_err(no_window)?;
     app.error.map_or(Ok(exit::CLEAN), Err)
+}
+
+fn no_window(error: EventLoopError) -> String {
+    let text = error.to_string();
+    // winit puts the line of its own source before the cause.
+    let cause = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*text, |(_, cause)| cause);
+    format!("cannot open a window: {}", cause.trim_end_matches('.'))
 }

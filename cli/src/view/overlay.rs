@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use egui::{
-    Align, Align2, Area, Button, CentralPanel, Color32, Frame, Id, Key, Label, Layout, Modifiers, Panel, PointerButton, Rect,
-    Response, RichText, ScrollArea, Sense, Slider, Stroke, Ui, vec2,
+    Align, Align2, Area, Button, CentralPanel, Color32, Frame, Id, Key, Label, Layout, Modifiers, Panel, PointerButton,
+    Rect, Response, RichText, ScrollArea, Sense, Slider, Stroke, Ui, vec2,
 };
 
 use super::model::{Gesture, Model};
@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, model: &mut Model, shown: Option<&mut Shown>, status: &
 }
 
 fn keys(ui: &Ui, model: &mut Model, now: Instant) {
-    if ui.egui_wants_keyboard_input() {
+    if ui.text_edit_focused() {
         return;
     }
     let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
