@@ -39,7 +39,8 @@ impl Backend for Cpu {
     }
 
     fn device(&self) -> String {
-        format!("CPU, {} threads", self.pool.current_num_threads())
+        let threads = self.pool.current_num_threads();
+        format!("CPU, {threads} thread{}", if threads == 1 { "" } else { "s" })
     }
 
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {

@@ -58,6 +58,20 @@ fn is_software(info: &wgpu::AdapterInfo) -> bool {
         || ["llvmpipe", "softpipe", "SwiftShader"].iter().any(|name| info.name.contains(name))
 }
 
+// On Linux a GPU is a device file; without one there is no need to load drivers, which takes longer than a small picture
+// and lets Mesa complain on stderr where there is no session.
+fn may_have_hardware() -> bool {
+    const DEVICES: &[&str] = &["dri", "nvidia", "nvhost", "nvgpu", "dxg", "mali", "kgsl", "pvr"];
+    if !cfg!(target_os = "linux") {
+        return true;
+    }
+    let Ok(entries) = std::fs::read_dir("/dev") else { return true };
+    entries.flatten().any(|entry| {
+        let name = entry.file_name();
+        DEVICES.iter().any(|device| name.to_string_lossy().starts_with(device))
+    })
+}
+
 fn is_usable(adapter: &wgpu::Adapter) -> bool {
     let flags = adapter.get_downlevel_capabilities().flags;
     flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
@@ -126,6 +140,9 @@ impl Gpu {
     /// # Errors
     /// There is none, or it does not start.
     pub fn hardware() -> Result<Self, BackendError> {
+        if !may_have_hardware() {
+            return Err(BackendError::NoAdapter);
+        }
         Self::first(|info| !is_software(info))
     }
 

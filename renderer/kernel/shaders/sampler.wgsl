@@ -92,14 +92,12 @@ fn random_1d(key: SampleKey, dimension: u32) -> f32 {
 /// Concentric map of the unit square to the unit disc (Shirley and Chiu 1997).
 fn square_to_disc(u: vec2<f32>) -> vec2<f32> {
     let p = 2.0 * u - vec2<f32>(1.0);
-    if p.x == 0.0 && p.y == 0.0 {
-        return vec2<f32>(0.0);
-    }
-    // An eighth of a turn a unit of the quotient.
-    if abs(p.x) > abs(p.y) {
-        return p.x * cos_sin_turn(0.125 * (p.y / p.x));
-    }
-    return p.y * cos_sin_turn(0.25 - 0.125 * (p.x / p.y));
+    // Without a branch: it would go either way half of the time.
+    let wide = abs(p.x) > abs(p.y);
+    let radius = select(p.y, p.x, wide);
+    let slope = select(p.x, p.y, wide) / select(radius, 1.0, radius == 0.0);
+    // An eighth of a turn a unit of the slope.
+    return radius * cos_sin_turn(select(0.25 - 0.125 * slope, 0.125 * slope, wide));
 }
 
 /// Cosine-weighted direction about +z; its pdf is z / π.
