@@ -1,7 +1,7 @@
 //! Runs tapes: an f64 register an instruction, no branch, no state.
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Binary, Instruction, Orient, Register, Tape, Unary};
+use kinora_scene::{Instruction, Orient, Register, Tape};
 
 use crate::{
     aim::facing,
@@ -34,8 +34,8 @@ fn step(tape: &Tape, instruction: Instruction, registers: &[f64], time_s: f64, f
         Instruction::Turn(i, part) => {
             tape.turns.get(i as usize).map_or(f64::NAN, |keys| component(at(keys, time_s), part))
         }
-        Instruction::Unary(operation, a) => unary(operation, read(a)),
-        Instruction::Binary(operation, a, b) => binary(operation, read(a), read(b)),
+        Instruction::Unary(operation, a) => operation.apply(read(a)),
+        Instruction::Binary(operation, a, b) => operation.apply(read(a), read(b)),
         Instruction::Select(condition, yes, no) => read(if read(condition) != 0.0 { yes } else { no }),
         Instruction::Orient(kind, direction, up, part) => component(orient(kind, vector(direction), vector(up)), part),
     }
@@ -46,76 +46,6 @@ fn frame(time_s: f64, fps: f64) -> f64 {
     let frame = time_s * fps;
     let whole = frame.round();
     if (frame - whole).abs() <= 4.0 * f64::EPSILON * whole.abs() { whole } else { frame }
-}
-
-fn truth(condition: bool) -> f64 {
-    f64::from(u8::from(condition))
-}
-
-fn unary(operation: Unary, a: f64) -> f64 {
-    match operation {
-        Unary::Neg => -a,
-        Unary::Not => truth(a == 0.0),
-        Unary::Abs => a.abs(),
-        Unary::Sign if a == 0.0 => 0.0,
-        Unary::Sign => a.signum(),
-        Unary::Floor => a.floor(),
-        Unary::Ceil => a.ceil(),
-        Unary::Round => a.round(),
-        Unary::Sqrt => a.sqrt(),
-        Unary::Exp => a.exp(),
-        Unary::Log => a.ln(),
-        Unary::Sin => a.sin(),
-        Unary::Cos => a.cos(),
-        Unary::Tan => a.tan(),
-        Unary::Asin => a.asin(),
-        Unary::Acos => a.acos(),
-        Unary::Atan => a.atan(),
-    }
-}
-
-fn binary(operation: Binary, a: f64, b: f64) -> f64 {
-    match operation {
-        Binary::Add => a + b,
-        Binary::Sub => a - b,
-        Binary::Mul => a * b,
-        Binary::Div => a / b,
-        Binary::Mod => modulo(a, b),
-        Binary::Pow => a.powf(b),
-        Binary::Atan2 => a.atan2(b),
-        // Not f64::min and max: they drop a NaN, and a fault is to be seen.
-        Binary::Min => {
-            if a < b || a.is_nan() {
-                a
-            } else {
-                b
-            }
-        }
-        Binary::Max => {
-            if a > b || a.is_nan() {
-                a
-            } else {
-                b
-            }
-        }
-        Binary::Less => truth(a < b),
-        Binary::LessEqual => truth(a <= b),
-        Binary::Equal => truth(a == b),
-        Binary::And => truth(a != 0.0 && b != 0.0),
-        Binary::Or => truth(a != 0.0 || b != 0.0),
-    }
-}
-
-/// The remainder with the sign of the divisor.
-fn modulo(a: f64, b: f64) -> f64 {
-    let rest = a % b;
-    if rest == 0.0 {
-        0.0_f64.copysign(b)
-    } else if (rest < 0.0) != (b < 0.0) {
-        rest + b
-    } else {
-        rest
-    }
 }
 
 /// NaN where the direction has no length or `up` lies along it.

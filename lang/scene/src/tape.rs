@@ -93,3 +93,79 @@ pub enum Orient {
     /// `look_at(from, to, up:)` with d = to − from: local −z goes to d.
     LookAlong,
 }
+
+impl Unary {
+    /// What the operation computes: the one definition, for constants and for tapes.
+    pub fn apply(self, a: f64) -> f64 {
+        match self {
+            Unary::Neg => -a,
+            Unary::Not => truth(a == 0.0),
+            Unary::Abs => a.abs(),
+            Unary::Sign if a == 0.0 => 0.0,
+            Unary::Sign => a.signum(),
+            Unary::Floor => a.floor(),
+            Unary::Ceil => a.ceil(),
+            Unary::Round => a.round(),
+            Unary::Sqrt => a.sqrt(),
+            Unary::Exp => a.exp(),
+            Unary::Log => a.ln(),
+            Unary::Sin => a.sin(),
+            Unary::Cos => a.cos(),
+            Unary::Tan => a.tan(),
+            Unary::Asin => a.asin(),
+            Unary::Acos => a.acos(),
+            Unary::Atan => a.atan(),
+        }
+    }
+}
+
+impl Binary {
+    /// What the operation computes: the one definition, for constants and for tapes. A NaN is never dropped.
+    pub fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Binary::Add => a + b,
+            Binary::Sub => a - b,
+            Binary::Mul => a * b,
+            Binary::Div => a / b,
+            Binary::Mod => modulo(a, b),
+            Binary::Pow => a.powf(b),
+            Binary::Atan2 => a.atan2(b),
+            // Not f64::min and max: they drop a NaN, and a fault is to be seen.
+            Binary::Min => {
+                if a < b || a.is_nan() {
+                    a
+                } else {
+                    b
+                }
+            }
+            Binary::Max => {
+                if a > b || a.is_nan() {
+                    a
+                } else {
+                    b
+                }
+            }
+            Binary::Less => truth(a < b),
+            Binary::LessEqual => truth(a <= b),
+            Binary::Equal => truth(a == b),
+            Binary::And => truth(a != 0.0 && b != 0.0),
+            Binary::Or => truth(a != 0.0 || b != 0.0),
+        }
+    }
+}
+
+fn truth(condition: bool) -> f64 {
+    f64::from(u8::from(condition))
+}
+
+/// The remainder with the sign of the divisor.
+fn modulo(a: f64, b: f64) -> f64 {
+    let rest = a % b;
+    if rest == 0.0 {
+        0.0_f64.copysign(b)
+    } else if (rest < 0.0) != (b < 0.0) {
+        rest + b
+    } else {
+        rest
+    }
+}

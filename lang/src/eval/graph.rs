@@ -92,7 +92,7 @@ impl Graph {
     /// One operand.
     pub fn unary(&mut self, op: Unary, a: Scalar) -> Scalar {
         if let Scalar::Const(a) = a {
-            return Scalar::Const(fold_unary(op, a));
+            return Scalar::Const(op.apply(a));
         }
         let a = self.register(a);
         self.push([5, op as u64, u64::from(a), 0], Instruction::Unary(op, a))
@@ -101,7 +101,7 @@ impl Graph {
     /// Two operands.
     pub fn binary(&mut self, op: Binary, a: Scalar, b: Scalar) -> Scalar {
         match (op, a, b) {
-            (_, Scalar::Const(a), Scalar::Const(b)) => return Scalar::Const(fold_binary(op, a, b)),
+            (_, Scalar::Const(a), Scalar::Const(b)) => return Scalar::Const(op.apply(a, b)),
             (Binary::Add, Scalar::Const(0.0), other) => return other,
             (Binary::Add | Binary::Sub, other, Scalar::Const(0.0)) => return other,
             (Binary::Mul, Scalar::Const(1.0), other) => return other,
@@ -222,58 +222,6 @@ fn reads(instruction: &Instruction, mut read: impl FnMut(u32)) {
     }
 }
 
-/// What a unary instruction computes.
-pub fn fold_unary(op: Unary, a: f64) -> f64 {
-    match op {
-        Unary::Neg => -a,
-        Unary::Not => truth(a == 0.0),
-        Unary::Abs => a.abs(),
-        Unary::Sign => {
-            if a == 0.0 {
-                0.0
-            } else {
-                a.signum()
-            }
-        }
-        Unary::Floor => a.floor(),
-        Unary::Ceil => a.ceil(),
-        Unary::Round => a.round(),
-        Unary::Sqrt => a.sqrt(),
-        Unary::Exp => a.exp(),
-        Unary::Log => a.ln(),
-        Unary::Sin => a.sin(),
-        Unary::Cos => a.cos(),
-        Unary::Tan => a.tan(),
-        Unary::Asin => a.asin(),
-        Unary::Acos => a.acos(),
-        Unary::Atan => a.atan(),
-    }
-}
-
-/// What a binary instruction computes.
-pub fn fold_binary(op: Binary, a: f64, b: f64) -> f64 {
-    match op {
-        Binary::Add => a + b,
-        Binary::Sub => a - b,
-        Binary::Mul => a * b,
-        Binary::Div => a / b,
-        Binary::Mod => a - b * (a / b).floor(),
-        Binary::Pow => a.powf(b),
-        Binary::Atan2 => a.atan2(b),
-        Binary::Min => a.min(b),
-        Binary::Max => a.max(b),
-        Binary::Less => truth(a < b),
-        Binary::LessEqual => truth(a <= b),
-        Binary::Equal => truth(a == b),
-        Binary::And => truth(a != 0.0 && b != 0.0),
-        Binary::Or => truth(a != 0.0 || b != 0.0),
-    }
-}
-
-fn truth(value: bool) -> f64 {
-    f64::from(u8::from(value))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,7 +253,7 @@ mod tests {
     #[test]
     fn mod_takes_the_sign_of_the_divisor() {
         for (a, b, expected) in [(7.0, 3.0, 1.0), (-7.0, 3.0, 2.0), (7.0, -3.0, -2.0), (-7.0, -3.0, -1.0)] {
-            assert_eq!(fold_binary(Binary::Mod, a, b), expected, "{a} {b}");
+            assert_eq!(Binary::Mod.apply(a, b), expected, "{a} {b}");
         }
     }
 }
