@@ -42,13 +42,12 @@ fn direct_light(m: Material, v: Vertex, absorption: vec3<f32>, u: vec2<f32>) -> 
     if !(s.pdf > 0.0) {
         return vec4<f32>(0.0);
     }
-    // Both ends move off their surfaces, each to its own side of the light's ray.
     if dot(s.p - v.p, v.ng) <= 0.0 {
         return vec4<f32>(0.0);
     }
     let start = offset_point(v.p, v.ng);
-    let facing = dot(s.n, start - s.p) > 0.0;
-    let to = offset_point(s.p, select(-s.n, s.n, facing)) - start;
+    let to = s.p - start;
+    let facing = dot(s.n, to) < 0.0;
     let distance = length(to);
     if distance == 0.0 {
         return vec4<f32>(0.0);

@@ -86,7 +86,7 @@ fn random_2d(key: SampleKey, dimension: u32) -> vec2<f32> {
 
 /// One number in 0 <= u < 1, independent of all others.
 fn random_1d(key: SampleKey, dimension: u32) -> f32 {
-    return unit_float(pcg(pcg(key.pixel ^ (dimension * 0x9e3779b9u)) + key.index_reversed));
+    return unit_float(pcg(key.pixel ^ pcg(key.index_reversed + dimension)));
 }
 
 /// Concentric map of the unit square to the unit disc (Shirley and Chiu 1997).

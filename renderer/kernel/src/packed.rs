@@ -17,7 +17,7 @@ pub struct Packed {
     /// The tree over `primitives`, without a node if there are none.
     pub bvh: CwBvh,
     /// The same tree before it was widened, with leaves that index `primitives`: on a CPU it is faster as long as it fits
-    /// into the caches. Only for small scenes.
+    /// into the caches. Only for small scenes, and not deeper than [`NARROW_STACK`](crate::query::NARROW_STACK).
     pub narrow: Option<Bvh2>,
     /// In the order of the tree's leaves. Not empty: a GPU cannot bind nothing.
     pub primitives: Vec<Primitive>,

@@ -5,6 +5,7 @@ use glam::{Vec3, Vec3A};
 use obvhs::{
     bvh2::Bvh2,
     cwbvh::CwBvh,
+    faststack::StackStack,
     ray::{Ray, RayHit},
 };
 
@@ -13,6 +14,9 @@ use crate::generated::{FAR, Hit, Kernel, NONE};
 /// obvhs ignores boxes that a ray leaves before t = 1e-4. Its node tests get distances in units so small that this is
 /// less than an atom for scenes in metres; a power of two, so that scaling is exact.
 const NODE_UNITS: f32 = (1u32 << 20) as f32;
+
+/// Levels of a narrow tree: clearing a deeper stack for every ray would cost more than such a tree saves.
+pub const NARROW_STACK: usize = 32;
 
 /// What the queries need beside the arrays.
 #[derive(Clone, Copy)]
@@ -48,6 +52,7 @@ fn node_ray(o: Vec3, d: Vec3, t_max: f32) -> Ray {
 #[inline]
 pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
     let probe = kernel.probe_along(o, d);
+    let ray = node_ray(o, d, t_max);
     let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
     let mut test = |id: u32| {
         let hit = kernel.hit_primitive(id, probe, best.t, start);
@@ -57,11 +62,17 @@ pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32
         best = hit;
         hit.t * NODE_UNITS
     };
-    let ray = node_ray(o, d, t_max);
-    match kernel.native.narrow {
-        Some(bvh) => bvh.ray_traverse(ray, &mut RayHit::none(), |_, i| test(bvh.primitive_indices[i])),
-        None => kernel.native.bvh.ray_traverse(ray, &mut RayHit::none(), |_, id| test(id as u32)),
-    };
+    if let Some(bvh) = kernel.native.narrow {
+        let mut stack = StackStack::<u32, NARROW_STACK>::default();
+        bvh.ray_traverse_dynamic(&mut stack, ray, &mut RayHit::none(), |node, ray, _| {
+            for i in node.first_index..node.first_index + node.prim_count {
+                ray.tmax = ray.tmax.min(test(bvh.primitive_indices[i as usize]));
+            }
+            true
+        });
+    } else {
+        kernel.native.bvh.ray_traverse(ray, &mut RayHit::none(), |_, id| test(id as u32));
+    }
     if best.id == NONE {
         best.t = FAR;
     }
@@ -72,10 +83,17 @@ pub fn bvh_closest(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32
 #[inline]
 pub fn bvh_any(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> bool {
     let probe = kernel.probe_along(o, d);
-    let test = |id: u32| if kernel.hit_primitive(id, probe, t_max, start).id == NONE { f32::INFINITY } else { 0.0 };
     let ray = node_ray(o, d, t_max);
-    !match kernel.native.narrow {
-        Some(bvh) => bvh.ray_traverse_miss(ray, |_, i| test(bvh.primitive_indices[i])),
-        None => kernel.native.bvh.ray_traverse_miss(ray, |_, id| test(id as u32)),
-    }
+    let test = |id: u32| kernel.hit_primitive(id, probe, t_max, start).id != NONE;
+    let Some(bvh) = kernel.native.narrow else {
+        return !kernel.native.bvh.ray_traverse_miss(ray, |_, id| if test(id as u32) { 0.0 } else { f32::INFINITY });
+    };
+    let mut found = false;
+    let mut stack = StackStack::<u32, NARROW_STACK>::default();
+    bvh.ray_traverse_dynamic(&mut stack, ray, &mut RayHit::none(), |node, _, _| {
+        let mut primitives = node.first_index..node.first_index + node.prim_count;
+        found = primitives.any(|i| test(bvh.primitive_indices[i as usize]));
+        !found
+    });
+    found
 }

@@ -13,6 +13,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec4};
 use kinora_kernel::generated::{NONE, SAMPLER_RANDOM, SAMPLER_SOBOL};
 use kinora_kernel::packed::TooDeep;
+use kinora_kernel::query::NARROW_STACK;
 use kinora_kernel::{Packed, Params};
 use kinora_scene::{Sampler, World};
 use obvhs::BvhBuildParams;
@@ -126,7 +127,7 @@ fn build_trees(geometry: &mut Geometry) -> (CwBvh, Option<Bvh2>) {
     ReinsertionOptimizer::default().run(&mut narrow, config.reinsertion_batch_ratio, None);
     let bvh = bvh2_to_cwbvh(&narrow, config.max_prims_per_leaf.clamp(1, 3), true, false);
     geometry.primitives = bvh.primitive_indices.iter().map(|&i| geometry.primitives[i as usize]).collect();
-    if count > MAX_NARROW {
+    if count > MAX_NARROW || depth(&narrow) >= NARROW_STACK {
         return (bvh, None);
     }
     let mut position = vec![0; count];
@@ -137,6 +138,17 @@ fn build_trees(geometry: &mut Geometry) -> (CwBvh, Option<Bvh2>) {
         *primitive = position[*primitive as usize];
     }
     (bvh, Some(narrow))
+}
+
+fn depth(bvh: &Bvh2) -> usize {
+    let mut levels = 0;
+    let mut level = vec![0_u32];
+    while !level.is_empty() {
+        levels += 1;
+        let inner = level.iter().map(|&node| &bvh.nodes[node as usize]).filter(|node| !node.is_leaf());
+        level = inner.flat_map(|node| [node.first_index, node.first_index + 1]).collect();
+    }
+    levels
 }
 
 fn params(world: &World) -> Params {
