@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DQuat, DVec3};
-use kinora_lang::eval::graph::{fold_binary, fold_unary};
 use kinora_lang::files::Memory;
 use kinora_lang::source::{FileId, Source};
 use kinora_lang::{Overrides, eval, parse};
@@ -130,8 +129,8 @@ fn run(tape: &Tape, time: f64) -> Vec<f64> {
             Instruction::Const(value) => value,
             Instruction::Time => time,
             Instruction::Frame => time * 24.0,
-            Instruction::Unary(op, a) => fold_unary(op, at(a)),
-            Instruction::Binary(op, a, b) => fold_binary(op, at(a), at(b)),
+            Instruction::Unary(op, a) => op.apply(at(a)),
+            Instruction::Binary(op, a, b) => op.apply(at(a), at(b)),
             Instruction::Select(c, a, b) => at(if at(c) != 0.0 { a } else { b }),
             other => panic!("{other:?}"),
         });
