@@ -601,7 +601,8 @@ impl<'a> Machine<'a> {
             }
             Check::Ior => {
                 let index = find(&|v| v < 1.0)?;
-                let help = "to model an inner air bubble use `ior: 1` inside";
+                let bubble = "to model an inner air bubble use `ior: 1` inside";
+                let help = if site.kind.name == "dielectric" { bubble } else { "" };
                 row("E0406", format!("{name} must be at least 1"), index, help)
             }
             Check::Fov => {

@@ -305,6 +305,7 @@ impl<'a> Machine<'a> {
         }
         let diagnostic = match what {
             "the number of nodes" => diagnostic.help("animate `visible` instead"),
+            "the choice of a material" => diagnostic.help("animate how much there is of each: `mix(a, b, amount: ..)`"),
             _ => diagnostic,
         };
         self.report(diagnostic);
