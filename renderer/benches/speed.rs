@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3, Vec3};
-use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
+use kinora_renderer::suite::{add, diffuse, emitter, glass, metal, quad, view, world};
 use kinora_renderer::{Choice, Renderer, open};
-use kinora_scene::{Color, Emission, Material, Mesh, Shape, Sky, Still, World};
+use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Shape, Sky, Still, World};
 
 fn matt(color: Color) -> Material<Still> {
     Bsdf::Diffuse { color, roughness: 0.0, model: DiffuseModel::Eon }.into()
@@ -69,12 +69,12 @@ fn million() -> World {
 /// Every material at once: the case with most branches.
 fn materials() -> World {
     let mut w = cornell();
-    let glass =
+    let ball_of_glass =
         glass(1.5, Color::new(0.9, 0.8, 0.6), 1.0);
-    let metal = metal(Color::new(1.0, 0.8, 0.4), 0.3);
+    let ball_of_metal = metal(Color::new(1.0, 0.8, 0.4), 0.3);
     let ball = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
-    add(&mut w, Shape::Sphere { radius_m: 0.8 }, ball(1.8, 2.5, 1.7), glass);
-    add(&mut w, Shape::Sphere { radius_m: 0.6 }, ball(4.2, 0.6, 1.2), metal);
+    add(&mut w, Shape::Sphere { radius_m: 0.8 }, ball(1.8, 2.5, 1.7), ball_of_glass);
+    add(&mut w, Shape::Sphere { radius_m: 0.6 }, ball(4.2, 0.6, 1.2), ball_of_metal);
     add(&mut w, Shape::Sphere { radius_m: 0.5 }, ball(0.7, 0.5, 0.8), diffuse(0.8, 1.0));
     w
 }

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
-    Clock, Color, Emission, Filter, Frame, Instance, Look, Material, Mesh, Render, Shape, Sky, Still, Tonemap, View,
-    World,
+    Bsdf, Clock, Color, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh, Reflectance, Render,
+    Shape, Sky, Still, Tonemap, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
