@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec3A, Vec4};
 use kinora_kernel::generated::{
-    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE,
-    PRIMITIVE_TRIANGLE,
+    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM,
+    PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
 };
 use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape};
 use kinora_scene::{Frame, Instance, Mesh, Shape, Still, World};
@@ -90,8 +90,7 @@ impl Geometry {
         record.index.z = add_emitters(&mut self.materials, &found);
         let cover = f64::from(self.materials.get(instance.material)?.more.w);
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
-        (!found.is_empty())
-            .then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
+        (!found.is_empty()).then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
@@ -155,7 +154,9 @@ impl Geometry {
         }
         if let Some(power_per_m2) = emission {
             let area = u.cross(v).length();
-            self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * power_per_m2));
+            let square = u.dot(v).abs() <= 1e-7 * u.length() * v.length();
+            let kind = if square { LIGHT_RECTANGLE } else { LIGHT_PARALLELOGRAM };
+            self.lights.push(light(kind, shape, origin, [u, v], area, area * power_per_m2));
         }
     }
 
