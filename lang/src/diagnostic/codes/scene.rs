@@ -406,6 +406,13 @@ pub(super) const ROWS: &[Row] = &[
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nrender { samples: 16, max_bounces: 4 }\nsphere ball { radius: 1 }",
     ),
     row(
+        "W0509",
+        "glass with holes",
+        "Where an edge belongs to one triangle only there is a way into the mesh that crosses no surface, so that nobody can tell what is inside.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { material: dielectric { }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { material: dielectric { thin: true }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }",
+    ),
+    row(
         "E0601",
         "structure depends on time",
         "How many nodes there are is decided before the first frame, so that an animation keeps its layout.",
