@@ -6,6 +6,7 @@ mod place;
 mod read;
 mod render;
 mod shape;
+mod space;
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -147,6 +148,7 @@ impl<'a> Lower<'_, 'a> {
             Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
         let shining = shining(&scene.materials);
         self.coated_lights(&scene.materials, &shining);
+        self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
         Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
     }
