@@ -125,7 +125,7 @@ pub fn compare(got: &Estimate, truth: &Estimate, level: f64, tolerance: f64) -> 
         let degrees = (a + b).powi(2) / (a * a / got.degrees + b * b / truth.degrees);
         let noise = if error > 0.0 { quantile(level, degrees) * error } else { 0.0 };
         // A channel that is nearly dark is judged by the others.
-        let scale = truth.mean[i].abs().max(0.05 * largest);
+        let scale = if largest > 0.0 { truth.mean[i].abs().max(0.05 * largest) } else { 1.0 };
         let off = (got.mean[i] - truth.mean[i]).abs();
         verdict.off = verdict.off.max(off / scale);
         verdict.sigmas = verdict.sigmas.max(if error > 0.0 { off / error } else { 0.0 });

@@ -82,7 +82,7 @@ const CASES: &[Case] = &[
             plane { material: diffuse { color: linear(0.7, 0.5, 0.3) } }
             sphere { position: (-0.45, 0.4, 0), radius: 0.4,
                 material: dielectric { ior: 1.5, attenuation_color: linear(0.9, 0.5, 0.2), attenuation_distance: 50cm } }
-            box { position: (0.45, 0.4, 0), size: (0.5, 0.8, 0.5), rotation: rotate_y(30deg),
+            box { position: (0.45, 0.42, 0), size: (0.5, 0.8, 0.5), rotation: rotate_y(30deg),
                 material: dielectric { ior: 1.33, attenuation_color: linear(0.2, 0.5, 0.9), attenuation_distance: 1m } }",
         regions: HALVES,
         paths: 400_000,
@@ -128,7 +128,7 @@ const CASES: &[Case] = &[
             dielectric water { ior: 1.33, priority: 1, attenuation_color: linear(0.3, 0.6, 0.9), attenuation_distance: 50cm }
             dielectric ice { ior: 1.2, priority: 3 }
             box { position: (0, 0.5, 0), size: (0.9, 0.9, 0.9), material: glass }
-            box { position: (0, 0.55, 0), size: (0.7, 0.8, 1), material: water }
+            box { position: (0, 0.51, 0), size: (0.7, 0.8, 1), material: water }
             sphere { position: (0.1, 0.9, 0.1), radius: 0.3, material: ice }",
         regions: BANDS,
         paths: 400_000,

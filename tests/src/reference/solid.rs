@@ -16,6 +16,8 @@ pub struct Solid {
 enum Part {
     /// The unit sphere, placed in the world.
     Ball { world_from_unit: DAffine3, unit_from_world: DAffine3 },
+    /// A torus about y, by the radii of its ring and its tube.
+    Ring { world_from_ring: DAffine3, ring_from_world: DAffine3, radius: f64, tube: f64 },
     /// All corner + u · x + v · y with (u, v) in `extent`.
     Flat { corner: DVec3, x: DVec3, y: DVec3, extent: Extent, outside: f64, look: Option<Box<Look>> },
 }
@@ -61,6 +63,14 @@ impl Solid {
                 let world_from_unit = place * DAffine3::from_scale(DVec3::splat(*radius_m));
                 vec![Part::Ball { world_from_unit, unit_from_world: world_from_unit.inverse() }]
             }
+            Shape::Torus { radius_m, tube_m } => {
+                vec![Part::Ring {
+                    world_from_ring: place,
+                    ring_from_world: place.inverse(),
+                    radius: *radius_m,
+                    tube: *tube_m,
+                }]
+            }
             Shape::Quad { frame, size_m } => vec![rectangle(DVec3::ZERO, *frame, *size_m)],
             Shape::Plane { frame } => vec![flat(DVec3::ZERO, frame.x, frame.y, Extent::Plane)],
             Shape::Box { size_m } => (DVec3::AXES.into_iter().chain(DVec3::AXES.map(|axis| -axis)))
@@ -96,7 +106,15 @@ impl Solid {
 impl Part {
     fn area(&self) -> f64 {
         match self {
-            Part::Ball { world_from_unit, .. } => ball_area(world_from_unit.matrix3),
+            Part::Ball { world_from_unit, .. } => image_area(world_from_unit.matrix3, |turn, height| {
+                let (z, (sin, cos)) = (2.0 * height - 1.0, (TAU * turn).sin_cos());
+                let r = (1.0 - z * z).sqrt();
+                4.0 * PI * DVec3::new(r * cos, r * sin, z)
+            }),
+            Part::Ring { world_from_ring, radius, tube, .. } => image_area(world_from_ring.matrix3, |turn, round| {
+                let ((sin, cos), (up, out)) = ((TAU * turn).sin_cos(), (TAU * round).sin_cos());
+                TAU * TAU * tube * (radius + tube * out) * DVec3::new(out * cos, up, out * sin)
+            }),
             Part::Flat { x, y, extent, .. } => match extent {
                 Extent::Parallelogram => x.cross(*y).length(),
                 Extent::Triangle => 0.5 * x.cross(*y).length(),
@@ -114,6 +132,27 @@ impl Part {
                 let root = (b * b - a * c).sqrt();
                 let roots = [(-b - root) / a, (-b + root) / a];
                 roots.into_iter().find(|t| *t > t_min).map(|t| (t, DVec2::ZERO))
+            }
+            Part::Ring { ring_from_world, radius, tube, .. } => {
+                let (o, d) = (ring_from_world.transform_point3(o), ring_from_world.transform_vector3(d));
+                let apart = |t: f64| ring_distance(o + t * d, *radius, *tube);
+                // No step goes farther than the surface may be, but for the last bit of the way.
+                let mut t = t_min;
+                let outside = apart(t) > 0.0;
+                let far = (o.length() + radius + tube) / d.length();
+                while t < far {
+                    let next = t + (apart(t).abs() / d.length()).max(1e-6);
+                    if (apart(next) > 0.0) != outside {
+                        let (mut near, mut far) = (t, next);
+                        for _ in 0..60 {
+                            let middle = 0.5 * (near + far);
+                            if (apart(middle) > 0.0) == outside { near = middle } else { far = middle }
+                        }
+                        return Some((far, DVec2::ZERO));
+                    }
+                    t = next;
+                }
+                None
             }
             Part::Flat { corner, x, y, extent, .. } => {
                 let n = x.cross(*y);
@@ -136,6 +175,13 @@ impl Part {
                 let q = unit_from_world.transform_point3(p);
                 let n = (unit_from_world.matrix3.transpose() * q).normalize();
                 let tangent = world_from_unit.transform_vector3(DVec3::Y.cross(q));
+                Hit { t, p, ng: n, ns: n, tangent, solid }
+            }
+            Part::Ring { world_from_ring, ring_from_world, radius, .. } => {
+                let q = ring_from_world.transform_point3(p);
+                let centre = DVec3::new(q.x, 0.0, q.z).normalize() * *radius;
+                let n = (ring_from_world.matrix3.transpose() * (q - centre)).normalize();
+                let tangent = world_from_ring.transform_vector3(DVec3::Y.cross(q));
                 Hit { t, p, ng: n, ns: n, tangent, solid }
             }
             Part::Flat { x, y, outside, look, .. } => {
@@ -161,18 +207,17 @@ pub fn nearest(solids: &[Solid], o: DVec3, d: DVec3, t_min: f64) -> Option<Hit> 
     best.map(|(t, uv, solid, part)| part.hit(o + t * d, t, uv, solid))
 }
 
-/// Area of the image of the unit sphere: |det M| |M⁻ᵀ n| over all n.
-fn ball_area(m: DMat3) -> f64 {
+fn ring_distance(p: DVec3, radius: f64, tube: f64) -> f64 {
+    (p.x.hypot(p.z) - radius).hypot(p.y) - tube
+}
+
+/// Area of the image of a surface under a linear map, ∫ |det M| |M⁻ᵀ n| dA over parameters in 0..1; `n_area` gives n
+/// dA.
+fn image_area(m: DMat3, n_area: impl Fn(f64, f64) -> DVec3) -> f64 {
     let upright = m.inverse().transpose();
     let steps = 400;
-    let ring = |i: i32| {
-        let z = (f64::from(2 * i + 1) / f64::from(steps)) - 1.0;
-        let point = |j: i32| {
-            let (sin, cos) = (TAU * (f64::from(j) + 0.5) / f64::from(steps)).sin_cos();
-            let r = (1.0 - z * z).sqrt();
-            (upright * DVec3::new(r * cos, r * sin, z)).length()
-        };
-        (0..steps).map(point).sum::<f64>()
-    };
-    4.0 * PI * m.determinant().abs() * (0..steps).map(ring).sum::<f64>() / f64::from(steps * steps)
+    let at = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+    let places = (0..steps).flat_map(|i| (0..steps).map(move |j| (at(i), at(j))));
+    let sum: f64 = places.map(|(u, v)| (upright * n_area(u, v)).length()).sum();
+    m.determinant().abs() * sum / f64::from(steps * steps)
 }
