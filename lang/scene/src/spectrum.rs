@@ -42,4 +42,15 @@ impl Spectrum {
             Spectrum::Ti => "Ti",
         }
     }
+
+    /// The metal of that symbol.
+    ///
+    /// ```
+    /// use kinora_scene::Spectrum;
+    /// assert_eq!(Spectrum::find("Au"), Some(Spectrum::Au));
+    /// assert_eq!(Spectrum::find("gold"), None);
+    /// ```
+    pub fn find(symbol: &str) -> Option<Spectrum> {
+        Spectrum::ALL.iter().copied().find(|metal| metal.symbol() == symbol)
+    }
 }

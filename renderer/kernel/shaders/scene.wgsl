@@ -92,7 +92,7 @@ struct Primitive {
     z: vec4<f32>,
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
-    /// Index in its shape; the rest is unused.
+    /// Index in its shape; 1 if u grows along the last edge instead of the first; the rest is unused.
     index: vec4<u32>,
 }
 

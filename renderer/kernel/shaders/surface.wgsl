@@ -48,7 +48,9 @@ fn surface_of_flat(hit: Hit) -> Surface {
     let p = a + hit.uv.x * ab + hit.uv.y * ac;
     let far = max(max(abs(x), abs(y)), abs(z));
     let reach = max(max(far.x, far.y), max(far.z, far.w));
-    return Surface(p, ng, ns, ab, reach, shade.w & ~PRIMITIVE_KIND, primitives[hit.id].index.x);
+    let index = primitives[hit.id].index;
+    let tangent = select(ab, ac, index.y != 0u);
+    return Surface(p, ng, ns, tangent, reach, shade.w & ~PRIMITIVE_KIND, index.x);
 }
 
 fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
