@@ -16,7 +16,7 @@ pub mod suite;
 mod wires;
 
 pub use backend::{Backend, BackendError, Choice, Control, open};
-pub use develop::{Image, develop};
+pub use develop::{Image, develop, measure};
 pub use film::{Film, Request, Seen, Survey, TooLarge, Window};
 pub use pack::{PackError, pack};
 pub use render::{RenderError, Renderer};
