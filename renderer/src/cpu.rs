@@ -89,7 +89,8 @@ impl Cpu {
                         if !stop.load(Ordering::Relaxed) {
                             let end = (tile + UVec2::splat(TILE)).min(size);
                             let pixels = packed.with_kernel(|kernel| {
-                                let places = (tile.y..end.y).flat_map(|y| (tile.x..end.x).map(move |x| UVec2::new(x, y)));
+                                let places =
+                                    (tile.y..end.y).flat_map(|y| (tile.x..end.x).map(move |x| UVec2::new(x, y)));
                                 places.map(|place| work(kernel, window.xy() + place)).collect::<Vec<T>>()
                             });
                             // The receiver is gone only after `stop`.

@@ -80,7 +80,8 @@ pub fn develop(film: &Film, look: &Look<Still>) -> Image {
         Shown::Normal => each(&|i| straight(i, 0.5 * (seen(i).normal + seen(i).cover)).clamp(Vec3::ZERO, Vec3::ONE)),
         Shown::Depth => {
             let near = |i: usize| Some(seen(i)).filter(|seen| seen.id != 0).map(|seen| 1.0 / seen.depth.max(1e-10));
-            let all = (0..count).filter_map(near).fold([f32::INFINITY, 0.0], |[low, high], v| [low.min(v), high.max(v)]);
+            let all =
+                (0..count).filter_map(near).fold([f32::INFINITY, 0.0], |[low, high], v| [low.min(v), high.max(v)]);
             // One depth alone is the nearest.
             let grey = |v: f32| if all[1] > all[0] { (v - all[0]) / (all[1] - all[0]) } else { 1.0 };
             each(&|i| Vec3::splat(near(i).map_or(0.0, grey).clamp(0.0, 1.0)))

@@ -166,12 +166,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::load_for`] and [`Renderer::trace_pass`].
-    pub fn render_for(
-        &mut self,
-        world: &World,
-        request: &Request,
-        control: &dyn Control,
-    ) -> Result<Film, RenderError> {
+    pub fn render_for(&mut self, world: &World, request: &Request, control: &dyn Control) -> Result<Film, RenderError> {
         let mut film = self.load_for(world, request)?;
         let samples = world.render.samples;
         loop {

@@ -174,10 +174,12 @@ fn levels(bvh: &CwBvh) -> Vec<Vec<[Vec3; 2]>> {
             }
         }
         if levels.is_empty() {
-            let all = boxes.iter().fold(
-                Aabb { min: Vec3A::splat(f32::INFINITY), max: Vec3A::splat(f32::NEG_INFINITY) },
-                |all, b| Aabb { min: all.min.min(b.min), max: all.max.max(b.max) },
-            );
+            let all =
+                boxes
+                    .iter()
+                    .fold(Aabb { min: Vec3A::splat(f32::INFINITY), max: Vec3A::splat(f32::NEG_INFINITY) }, |all, b| {
+                        Aabb { min: all.min.min(b.min), max: all.max.max(b.max) }
+                    });
             levels.push(vec![corners(&all)]);
         }
         count += boxes.len();

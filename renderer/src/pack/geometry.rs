@@ -90,8 +90,7 @@ impl Geometry {
         record.index.z = add_emitters(&mut self.materials, &found);
         let cover = f64::from(self.materials.get(instance.material)?.more.w);
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
-        (!found.is_empty())
-            .then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
+        (!found.is_empty()).then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
