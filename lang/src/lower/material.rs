@@ -28,21 +28,26 @@ impl<'a> Lower<'_, 'a> {
             }
             None => Material::default_diffuse(),
         };
-        let power = match &material.bsdf {
+        let part = |index: usize| self.made_of.get(index).copied().unwrap_or((None, 0));
+        let (power, layers) = match &material.bsdf {
             Bsdf::Emitter { emission: Emission::Power(_), .. } => {
-                id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name))
+                (id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name)), 1)
             }
-            Bsdf::Mix { a, b, .. } => [a, b].into_iter().find_map(|part| self.powers.get(*part).copied().flatten()),
-            _ => None,
+            Bsdf::Glossy { base, .. } => (None, part(*base).1 + 1),
+            Bsdf::Mix { a, b, .. } => (part(*a).0.or(part(*b).0), part(*a).1.max(part(*b).1) + 1),
+            _ => (None, 1),
         };
-        let index = self.push_material(material, power);
+        if layers > limits::LAYERS {
+            self.too_deep(id);
+        }
+        let index = self.push_material(material, (power, layers));
         self.known_materials.insert(id, index);
         index
     }
 
-    fn push_material(&mut self, material: Material<Animated>, power: Option<Span>) -> usize {
+    fn push_material(&mut self, material: Material<Animated>, made_of: (Option<Span>, usize)) -> usize {
         self.materials.push(material);
-        self.powers.push(power);
+        self.made_of.push(made_of);
         self.materials.len() - 1
     }
 
@@ -54,11 +59,16 @@ impl<'a> Lower<'_, 'a> {
             return self.material(None);
         }
         if self.open_materials.len() >= limits::LAYERS {
-            let span = self.machine.nodes.get(outer.0 as usize).map_or(Span::at(0), |slot| slot.place());
-            self.machine.too_many("materials inside one another", limits::LAYERS, span);
+            self.too_deep(Some(outer));
             return self.material(None);
         }
         self.material(Some(inner))
+    }
+
+    /// E1004.
+    fn too_deep(&mut self, id: Option<NodeId>) {
+        let span = id.map_or(Span::at(0), |id| self.span(id));
+        self.machine.too_many("materials inside one another", limits::LAYERS, span);
     }
 
     /// E0505.
@@ -90,7 +100,7 @@ impl<'a> Lower<'_, 'a> {
                     None => {
                         let color = read::track(self.machine, node, "color");
                         let lambert = Bsdf::Diffuse { color, roughness: 0.0.into(), model: DiffuseModel::Eon };
-                        self.push_material(lambert.into(), None)
+                        self.push_material(lambert.into(), (None, 1))
                     }
                 };
                 Bsdf::Glossy {

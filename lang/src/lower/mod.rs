@@ -56,8 +56,8 @@ struct Lower<'m, 'a> {
     order: Vec<usize>,
     first: HashMap<NodeId, usize>,
     materials: Vec<Material<Animated>>,
-    /// Of each of `materials`: where the power of its light is set, if it is.
-    powers: Vec<Option<Span>>,
+    /// Of each of `materials`: where the power of its light is set, if it is, and how many are inside one another.
+    made_of: Vec<(Option<Span>, usize)>,
     known_materials: HashMap<Option<NodeId>, usize>,
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
@@ -81,7 +81,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         order: Vec::new(),
         first: HashMap::new(),
         materials: Vec::new(),
-        powers: Vec::new(),
+        made_of: Vec::new(),
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),

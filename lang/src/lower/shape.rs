@@ -56,6 +56,9 @@ impl<'a> Lower<'_, 'a> {
                 };
                 Shape::Quad { frame: self.frame(id, node), size_m }
             }
+            "torus" => {
+                Shape::Torus { radius_m: read::number(node, "radius"), tube_m: read::number(node, "tube") }
+            }
             "plane" => Shape::Plane { frame: self.frame(id, node) },
             "mesh" => {
                 self.mesh(id, node, index);
@@ -92,7 +95,7 @@ impl<'a> Lower<'_, 'a> {
     ) {
         let Some(Shape::Plane { .. }) = shape else { return };
         let Some(set) = read::set(node, "material") else { return };
-        let Some(power) = self.powers.get(material).copied().flatten() else { return };
+        let Some(power) = self.made_of.get(material).and_then(|(power, _)| *power) else { return };
         let file = self.machine.file();
         let diagnostic = Diagnostic::new("E0401", "an infinite plane cannot have a `power`")
             .primary(file, set.expr.span, "its light has no sum")
