@@ -123,7 +123,7 @@ fn wired(film: &Film) -> Vec<Vec3> {
     let lit = |i: usize| {
         let seen = seen(i);
         let facing = seen.normal.dot((eye - seen.position).normalize_or_zero()).abs();
-        seen.albedo.lerp(Vec3::splat(0.5), 0.3) * (0.02 + 0.3 * facing * facing)
+        seen.albedo.lerp(Vec3::splat(0.5), 0.3) * (0.03 + 0.5 * facing * facing)
     };
     let mut pixels: Vec<Vec3> = (0..film.window().pixels()).into_par_iter().map(lit).collect();
     if let Some(wires) = &film.wires {

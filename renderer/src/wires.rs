@@ -12,9 +12,10 @@ use crate::film::Window;
 const MOST_BOXES: usize = 700;
 /// Width of a wire in pixels: of the whole scene's box, then less at every level.
 const WIDTHS: [f32; 4] = [2.0, 1.6, 1.25, 1.0];
-/// How much of a wire's colour is seen: in front of everything, and behind a surface.
-const IN_FRONT: f32 = 0.9;
-const BEHIND: f32 = 0.18;
+/// How much of a wire's colour is seen in front of everything, level by level; small boxes are many.
+const IN_FRONT: [f32; 4] = [0.95, 0.9, 0.75, 0.5];
+/// The share of that which is left behind a surface.
+const BEHIND: f32 = 0.08;
 /// Colours of the levels, from the whole scene's box down; linear light.
 const COLORS: [Vec3; 5] = [
     Vec3::new(1.0, 1.0, 1.0),
@@ -71,16 +72,16 @@ impl Wires {
     pub fn draw(&self, canvas: &mut Canvas<'_>) {
         for (level, boxes) in self.levels.iter().enumerate().rev() {
             let color = COLORS[level.min(COLORS.len() - 1)];
-            let width = WIDTHS[level.min(WIDTHS.len() - 1)];
+            let (width, strength) = (WIDTHS[level.min(3)], IN_FRONT[level.min(3)]);
             for corners in boxes {
                 for [a, b] in edges(*corners) {
-                    self.edge(canvas, a, b, color, width);
+                    self.edge(canvas, [a, b], color, width, strength);
                 }
             }
         }
     }
 
-    fn edge(&self, canvas: &mut Canvas<'_>, a: Vec3, b: Vec3, color: Vec3, width: f32) {
+    fn edge(&self, canvas: &mut Canvas<'_>, [a, b]: [Vec3; 2], color: Vec3, width: f32, strength: f32) {
         let place = |p: Vec3| self.camera_from_world * (p - self.eye);
         let (mut a, mut b) = (place(a), place(b));
         let near = -NEAR * a.length().max(b.length());
@@ -100,12 +101,12 @@ impl Wires {
             let plane = Vec2::new(p.x, -p.y) / (-p.z * self.half);
             ((plane + 1.0) * 0.5 * self.picture - window, -1.0 / p.z)
         };
-        line(canvas, project(a), project(b), color, width);
+        line(canvas, [project(a), project(b)], color, width, strength);
     }
 }
 
 // A line between two points in pixels, each with 1 / depth, which is linear along it.
-fn line(canvas: &mut Canvas<'_>, (a, near_a): (Vec2, f32), (b, near_b): (Vec2, f32), color: Vec3, width: f32) {
+fn line(canvas: &mut Canvas<'_>, [(a, near_a), (b, near_b)]: [(Vec2, f32); 2], color: Vec3, width: f32, strength: f32) {
     let size = Vec2::new(canvas.window.width as f32, canvas.window.height as f32);
     let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
     let turn = |p: Vec2| if steep { Vec2::new(p.y, p.x) } else { p };
@@ -144,7 +145,7 @@ fn line(canvas: &mut Canvas<'_>, (a, near_a): (Vec2, f32), (b, near_b): (Vec2, f
             // A box may share a face with what it holds.
             let hidden = near * (canvas.depth)(i) < 0.995;
             if let Some(pixel) = canvas.pixels.get_mut(i) {
-                *pixel = pixel.lerp(color, cover * if hidden { BEHIND } else { IN_FRONT });
+                *pixel = pixel.lerp(color, cover * strength * if hidden { BEHIND } else { 1.0 });
             }
             y += 1.0;
         }
@@ -210,7 +211,7 @@ mod tests {
         let mut pixels = vec![Vec3::ZERO; 81];
         let window = Window::whole([9, 9]);
         let mut canvas = Canvas { window, pixels: &mut pixels, depth: &|_| depth };
-        line(&mut canvas, (a, 0.5), (b, 0.5), Vec3::ONE, 1.0);
+        line(&mut canvas, [(a, 0.5), (b, 0.5)], Vec3::ONE, 1.0, 0.5);
         pixels.iter().map(|p| p.x).collect()
     }
 
@@ -219,16 +220,16 @@ mod tests {
         // Through the middle of a row of pixels: all of those and no others.
         let picture = drawn(Vec2::new(0.0, 4.5), Vec2::new(9.0, 4.5), 1e10);
         for (i, value) in picture.iter().enumerate() {
-            let expected = if i / 9 == 4 { IN_FRONT } else { 0.0 };
+            let expected = if i / 9 == 4 { 0.5 } else { 0.0 };
             assert!((value - expected).abs() < 1e-6, "pixel {i}: {value}");
         }
         let hidden = drawn(Vec2::new(4.5, 9.0), Vec2::new(4.5, 0.0), 1.0);
-        assert!((hidden[4 * 9 + 4] - BEHIND).abs() < 1e-6);
+        assert!((hidden[4 * 9 + 4] - 0.5 * BEHIND).abs() < 1e-6);
         // Whatever lies outside, or is no number, draws nothing and ends.
         for (a, b) in [(-50.0, -40.0), (f32::NAN, 4.0), (f32::NEG_INFINITY, 2.0), (20.0, 30.0)] {
             assert!(drawn(Vec2::new(a, 1.0), Vec2::new(b, 2.0), 1e10).iter().all(|v| *v == 0.0));
         }
         let far = drawn(Vec2::new(-1e6, 4.5), Vec2::new(1e6, 4.5), 1e10);
-        assert!(far[4 * 9 + 4] > 0.5);
+        assert!(far[4 * 9 + 4] > 0.4);
     }
 }
