@@ -4,11 +4,13 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{UVec2, Vec4};
-use kinora_kernel::Packed;
+use glam::{UVec2, Vec4, Vec4Swizzles};
+use kinora_kernel::generated::FeatureSum;
+use kinora_kernel::{Kernel, Packed};
 use rayon::prelude::*;
 
 use crate::backend::{Backend, BackendError, Control};
+use crate::film::Survey;
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough that a tile's rays meet the same nodes.
 const TILE: u32 = 16;
@@ -49,22 +51,50 @@ impl Backend for Cpu {
     }
 
     fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError> {
+        self.tiles(control, |kernel, pixel| {
+            samples.clone().fold(Vec4::ZERO, |sum, sample| sum + kernel.radiance(pixel, sample))
+        })
+    }
+
+    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError> {
+        self.tiles(control, |kernel, pixel| {
+            let zero = FeatureSum::default();
+            let sum = samples.clone().fold(zero, |sum, sample| kernel.features_add(sum, pixel, sample));
+            [sum.albedo, sum.normal, sum.position]
+        })
+    }
+}
+
+impl Cpu {
+    // Works on the window tile by tile: `work` for every pixel, row by row; `None` if `control` ended it.
+    fn tiles<T: Copy + Default + Send>(
+        &self,
+        control: &dyn Control,
+        work: impl Fn(&Kernel<'_>, UVec2) -> T + Sync,
+    ) -> Result<Option<Vec<T>>, BackendError> {
         let packed = self.packed.as_deref().ok_or(BackendError::Nothing)?;
-        let size = packed.params.resolution;
+        let window = packed.params.window;
+        let size = window.zw();
         let (columns, rows) = (size.x.div_ceil(TILE), size.y.div_ceil(TILE));
         let stop = AtomicBool::new(false);
-        let mut sums = vec![Vec4::ZERO; size.x as usize * size.y as usize];
+        let mut values = vec![T::default(); size.x as usize * size.y as usize];
         let (sender, finished) = std::sync::mpsc::channel();
         let tiles: Vec<UVec2> = (0..rows).flat_map(|y| (0..columns).map(move |x| UVec2::new(x, y) * TILE)).collect();
         // The work runs in the pool, the caller's thread collects it and stays free to say stop.
         std::thread::scope(|scope| {
-            let (pool, tiles, stop, samples) = (&self.pool, &tiles, &stop, &samples);
+            let (pool, tiles, stop, work) = (&self.pool, &tiles, &stop, &work);
             scope.spawn(move || {
                 pool.install(|| {
                     tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
                         if !stop.load(Ordering::Relaxed) {
+                            let end = (tile + UVec2::splat(TILE)).min(size);
+                            let pixels = packed.with_kernel(|kernel| {
+                                let places =
+                                    (tile.y..end.y).flat_map(|y| (tile.x..end.x).map(move |x| UVec2::new(x, y)));
+                                places.map(|place| work(kernel, window.xy() + place)).collect::<Vec<T>>()
+                            });
                             // The receiver is gone only after `stop`.
-                            let _ = sender.send((tile, trace_tile(packed, tile, samples.clone())));
+                            let _ = sender.send((tile, pixels));
                         }
                     });
                 });
@@ -72,9 +102,9 @@ impl Backend for Cpu {
             let mut done = 0;
             for (tile, pixels) in finished {
                 let width = TILE.min(size.x - tile.x) as usize;
-                for (row, values) in pixels.chunks_exact(width).enumerate() {
+                for (row, line) in pixels.chunks_exact(width).enumerate() {
                     let start = (tile.y as usize + row) * size.x as usize + tile.x as usize;
-                    sums[start..start + width].copy_from_slice(values);
+                    values[start..start + width].copy_from_slice(line);
                 }
                 done += 1;
                 if !control.keep_going(f64::from(done) / tiles.len() as f64) {
@@ -82,24 +112,6 @@ impl Backend for Cpu {
                 }
             }
         });
-        Ok((!stop.into_inner()).then_some(sums))
+        Ok((!stop.into_inner()).then_some(values))
     }
-}
-
-// The tile's sums, row by row.
-fn trace_tile(packed: &Packed, tile: UVec2, samples: Range<u32>) -> Vec<Vec4> {
-    let end = (tile + UVec2::splat(TILE)).min(packed.params.resolution);
-    packed.with_kernel(|kernel| {
-        let mut sums = Vec::with_capacity((TILE * TILE) as usize);
-        for y in tile.y..end.y {
-            for x in tile.x..end.x {
-                let mut sum = Vec4::ZERO;
-                for sample in samples.clone() {
-                    sum += kernel.radiance(UVec2::new(x, y), sample);
-                }
-                sums.push(sum);
-            }
-        }
-        sums
-    })
 }

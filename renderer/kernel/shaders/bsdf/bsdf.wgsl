@@ -245,3 +245,22 @@ fn bsdf_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
     }
     return s;
 }
+
+/// What colour it has, for pictures of colours: of a metal what it reflects to where it came from, of glass white; under
+/// a coat, seen at the cosine of `bsdf_at`.
+fn bsdf_colour(b: Bsdf) -> vec3<f32> {
+    var base = vec3<f32>(0.0);
+    switch b.kind {
+        case MATERIAL_DIFFUSE: {
+            base = b.color;
+        }
+        case MATERIAL_METAL: {
+            base = metal_fresnel(b, 1.0);
+        }
+        case MATERIAL_DIELECTRIC, MATERIAL_GLOSSY: {
+            base = vec3<f32>(1.0);
+        }
+        default: {}
+    }
+    return vec3<f32>(1.0 - b.under) + b.under * base;
+}
