@@ -74,8 +74,9 @@ fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
             index = branch(&choice, lobe.x, kind.z, kind.w);
             continue;
         }
+        let metal = choice < lobe.w;
         let below = branch(&choice, lobe.w, kind.z, kind.w);
-        if below == kind.w {
+        if metal {
             index = below;
             continue;
         }
