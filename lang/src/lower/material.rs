@@ -13,6 +13,17 @@ use crate::schema::Sort;
 use crate::source::Span;
 use crate::value::NodeId;
 
+/// What must be known of a material, parts included.
+#[derive(Clone, Copy, Default)]
+pub(super) struct MadeOf {
+    /// Where the power of its light is set, if it is.
+    pub power: Option<Span>,
+    /// How many materials are inside one another below it.
+    pub layers: usize,
+    /// Whether it has an inside.
+    pub glass: bool,
+}
+
 impl<'a> Lower<'_, 'a> {
     /// The index of a material; `None` stands for the default one.
     pub(super) fn material(&mut self, id: Option<NodeId>) -> usize {
@@ -28,24 +39,33 @@ impl<'a> Lower<'_, 'a> {
             }
             None => Material::default_diffuse(),
         };
-        let part = |index: usize| self.made_of.get(index).copied().unwrap_or((None, 0));
-        let (power, layers) = match &material.bsdf {
-            Bsdf::Emitter { emission: Emission::Power(_), .. } => {
-                (id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name)), 1)
+        let part = |index: usize| self.made_of.get(index).copied().unwrap_or_default();
+        let made_of = match &material.bsdf {
+            Bsdf::Emitter { emission: Emission::Power(_), .. } => MadeOf {
+                power: id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name)),
+                ..MadeOf::default()
+            },
+            Bsdf::Dielectric { thin, .. } => MadeOf { glass: !thin, ..MadeOf::default() },
+            Bsdf::Glossy { base, .. } => {
+                let base = part(*base);
+                MadeOf { power: None, layers: base.layers + 1, ..base }
             }
-            Bsdf::Glossy { base, .. } => (None, part(*base).1 + 1),
-            Bsdf::Mix { a, b, .. } => (part(*a).0.or(part(*b).0), part(*a).1.max(part(*b).1) + 1),
-            _ => (None, 1),
+            Bsdf::Mix { a, b, .. } => {
+                let (a, b) = (part(*a), part(*b));
+                let layers = a.layers.max(b.layers) + 1;
+                MadeOf { power: a.power.or(b.power), layers, glass: a.glass || b.glass }
+            }
+            _ => MadeOf::default(),
         };
-        if layers > limits::LAYERS {
+        if made_of.layers >= limits::LAYERS {
             self.too_deep(id);
         }
-        let index = self.push_material(material, (power, layers));
+        let index = self.push_material(material, made_of);
         self.known_materials.insert(id, index);
         index
     }
 
-    fn push_material(&mut self, material: Material<Animated>, made_of: (Option<Span>, usize)) -> usize {
+    fn push_material(&mut self, material: Material<Animated>, made_of: MadeOf) -> usize {
         self.materials.push(material);
         self.made_of.push(made_of);
         self.materials.len() - 1
@@ -100,7 +120,7 @@ impl<'a> Lower<'_, 'a> {
                     None => {
                         let color = read::track(self.machine, node, "color");
                         let lambert = Bsdf::Diffuse { color, roughness: 0.0.into(), model: DiffuseModel::Eon };
-                        self.push_material(lambert.into(), (None, 1))
+                        self.push_material(lambert.into(), MadeOf::default())
                     }
                 };
                 Bsdf::Glossy {
