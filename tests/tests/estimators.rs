@@ -89,7 +89,10 @@ fn estimators_agree() {
         }
         if let Some(gpu) = &mut gpu {
             for technique in ["mis: nee", "mis: one_sample"] {
-                judge(format!("gpu, {technique}"), measure(gpu, &format!("max_bounces: 7, samples: 64, {technique}"), scene, 16));
+                judge(
+                    format!("gpu, {technique}"),
+                    measure(gpu, &format!("max_bounces: 7, samples: 64, {technique}"), scene, 16),
+                );
             }
         }
     }
@@ -136,7 +139,9 @@ fn a_lamp_near_by_is_as_clean() {
     let mut kernel = Kernel::open(Choice::Cpu);
     let near_limit = 0.75;
     for height in [0.005, 0.05, 0.5, 5.0] {
-        let quad = format!("quad {{ position: (0, {height}, 0), normal: (0, -1, 0), size: (0.8, 0.6), material: emitter {{ }} }}");
+        let quad = format!(
+            "quad {{ position: (0, {height}, 0), normal: (0, -1, 0), size: (0.8, 0.6), material: emitter {{ }} }}"
+        );
         let ball = format!("sphere {{ position: (0, {}, 0), radius: 0.3, material: emitter {{ }} }}", height + 0.3);
         let triangle = format!(
             "mesh {{ positions: [(-0.5, {height}, -0.4), (0.5, {height}, -0.4), (0, {height}, 0.6)], indices: [0, 1, 2], material: emitter {{ }} }}"

@@ -256,7 +256,11 @@ fn kernel_and_judge_agree() {
     let only = std::env::var("ONLY").unwrap_or_default();
     let mut failed = String::new();
     for (i, case) in CASES.iter().enumerate().filter(|(_, case)| case.name.contains(&only)) {
-        let render = format!("render {{ resolution: ({SIZE}, {SIZE}), samples: {SAMPLES}, filter: box, {}, {} }}", case.render, std::env::var("EXTRA").unwrap_or_default());
+        let render = format!(
+            "render {{ resolution: ({SIZE}, {SIZE}), samples: {SAMPLES}, filter: box, {}, {} }}",
+            case.render,
+            std::env::var("EXTRA").unwrap_or_default()
+        );
         let world = world(&format!("lang 1\n{render}\n{GREY}\n{}", case.scene));
         let start = std::time::Instant::now();
         let truth: Vec<_> = case.regions.iter().map(|r| reference::measure(&world, *r, case.paths, 1)).collect();
