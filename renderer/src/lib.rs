@@ -14,7 +14,7 @@ mod pack;
 mod render;
 pub mod suite;
 
-pub use backend::{Backend, BackendError, Choice, Control, open};
+pub use backend::{Backend, BackendError, Choice, Control, Options, open};
 pub use develop::{Image, develop};
 pub use film::Film;
 pub use pack::{PackError, pack};

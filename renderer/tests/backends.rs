@@ -1,18 +1,54 @@
-//! Every backend passes the same suite.
+//! Every backend passes the same suite; a GPU through each API that computes on this system.
 
-use kinora_renderer::backend::{Backend, BackendError};
-use kinora_renderer::{cpu::Cpu, gpu::Gpu, suite};
+use kinora_renderer::gpu::{Api, adapters_of};
+use kinora_renderer::{BackendError, Choice, Options, open, suite};
+
+fn without_gpu() -> bool {
+    std::env::var_os("KINORA_NO_GPU").is_some_and(|v| v == "1")
+}
+
+fn check(choice: Choice, packages: &str) {
+    match open(choice, Options::default()) {
+        Ok(backend) => suite::run(backend),
+        Err(BackendError::NoAdapter) if without_gpu() => {}
+        Err(error) => panic!("{choice:?}: {error}; install Mesa's {packages}, or set KINORA_NO_GPU=1"),
+    }
+}
 
 #[test]
 fn cpu() {
-    suite::run(&|| Box::new(Cpu::new(0).expect("threads start")) as Box<dyn Backend>);
+    check(Choice::Cpu, "");
 }
 
 #[test]
 fn gpu() {
-    match Gpu::any() {
-        Ok(_) => suite::run(&|| Box::new(Gpu::any().expect("the GPU opens again")) as Box<dyn Backend>),
-        Err(BackendError::NoAdapter) if std::env::var_os("KINORA_NO_GPU").is_some_and(|v| v == "1") => {}
-        Err(error) => panic!("{error}; install Mesa's mesa-vulkan-drivers, or set KINORA_NO_GPU=1"),
+    check(Choice::Gpu, "mesa-vulkan-drivers");
+}
+
+#[test]
+fn gpu_without_checks() {
+    let Ok(backend) = open(Choice::Gpu, Options { checks: false, ..Options::default() }) else { return gpu() };
+    suite::run(backend);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn opengl() {
+    check(Choice::Api(Api::Gl), "libegl1 and libgl1-mesa-dri");
+}
+
+#[test]
+fn an_api_of_another_system() {
+    let foreign = if cfg!(target_os = "macos") { Api::Dx12 } else { Api::Metal };
+    assert!(adapters_of(foreign).is_empty());
+    assert_eq!(open(Choice::Api(foreign), Options::default()).err(), Some(BackendError::NoAdapter));
+}
+
+#[test]
+fn every_adapter_says_what_it_lacks() {
+    for adapter in Api::ALL.into_iter().flat_map(adapters_of) {
+        let lacks = adapter.demands().iter().any(|demand| demand.needed > demand.allowed);
+        assert_eq!(adapter.check().is_err(), lacks, "{}", adapter.label());
+        assert!(adapter.max_array_bytes() >= 1 << 20, "{}", adapter.label());
     }
 }
