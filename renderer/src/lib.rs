@@ -12,6 +12,7 @@ mod film;
 pub mod gpu;
 mod pack;
 mod render;
+mod self_test;
 pub mod suite;
 
 pub use backend::{Backend, BackendError, Choice, Control, Options, open};
@@ -19,3 +20,4 @@ pub use develop::{Image, develop};
 pub use film::Film;
 pub use pack::{PackError, pack};
 pub use render::{RenderError, Renderer};
+pub use self_test::{SELF_TEST_TOLERANCE, self_test};

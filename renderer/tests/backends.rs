@@ -1,17 +1,22 @@
 //! Every backend passes the same suite; a GPU through each API that computes on this system.
 
 use kinora_renderer::gpu::{Api, adapters_of};
-use kinora_renderer::{BackendError, Choice, Options, open, suite};
+use kinora_renderer::{BackendError, Choice, Options, SELF_TEST_TOLERANCE, open, self_test, suite};
 
 fn without_gpu() -> bool {
     std::env::var_os("KINORA_NO_GPU").is_some_and(|v| v == "1")
 }
 
 fn check(choice: Choice, packages: &str) {
-    match open(choice, Options::default()) {
-        Ok(backend) => suite::run(backend),
-        Err(BackendError::NoAdapter) if without_gpu() => {}
-        Err(error) => panic!("{choice:?}: {error}; install Mesa's {packages}, or set KINORA_NO_GPU=1"),
+    for checks in [true, false] {
+        let backend = || open(choice, Options { checks, ..Options::default() });
+        match backend() {
+            Ok(backend) => suite::run(backend),
+            Err(BackendError::NoAdapter) if without_gpu() => return,
+            Err(error) => panic!("{choice:?}: {error}; install Mesa's {packages}, or set KINORA_NO_GPU=1"),
+        }
+        let off = self_test(backend().expect("it opens again")).expect("the self-test runs");
+        assert!(off > 0.0 && off < SELF_TEST_TOLERANCE, "{choice:?}: {off}");
     }
 }
 
@@ -23,12 +28,6 @@ fn cpu() {
 #[test]
 fn gpu() {
     check(Choice::Gpu, "mesa-vulkan-drivers");
-}
-
-#[test]
-fn gpu_without_checks() {
-    let Ok(backend) = open(Choice::Gpu, Options { checks: false, ..Options::default() }) else { return gpu() };
-    suite::run(backend);
 }
 
 #[test]
