@@ -58,7 +58,6 @@ impl Packed {
     pub fn validate(&self) -> Result<(), Invalid> {
         self.validate_params()?;
         self.validate_nodes()?;
-        self.validate_primitives()?;
         for (i, shape) in self.shapes.iter().enumerate() {
             let at = At("shapes", i);
             at.below("the material", shape.index.x.into(), self.materials.len())?;
@@ -66,6 +65,7 @@ impl Packed {
                 at.below("the first light", shape.index.y.into(), self.lights.len())?;
             }
         }
+        self.validate_primitives()?;
         for (i, material) in self.materials.iter().enumerate() {
             At("materials", i).below("the kind", material.kind.x.into(), MATERIAL_EMITTER as usize + 1)?;
         }

@@ -132,3 +132,32 @@ fn compile(device: &wgpu::Device, text: String, checks: bool) -> wgpu::ShaderMod
     // SAFETY: see above.
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bindings_are_counted_as_the_shaders_declare_them() {
+        let count = |group: u32| WGSL.lines().filter(|line| line.starts_with(&format!("@group({group})"))).count();
+        assert_eq!(count(0), 1 + SCENE_BUFFERS as usize);
+        assert!(count(1) > OUTPUT_BUFFERS as usize);
+        assert!(WGSL.contains(&format!("@workgroup_size({WORKGROUP}, {WORKGROUP})")));
+    }
+
+    #[test]
+    fn uniform_buffers_go_where_they_are_compiled_in() {
+        let text = |storage_only| Source { storage_only }.text(5);
+        assert!(text(false).contains("var<uniform> params") && text(false).contains("var<uniform> dispatch"));
+        assert!(!text(true).contains("uniform>") && text(true).contains("var<storage, read> params"));
+        assert!(!text(false).contains("params.features"));
+    }
+
+    #[test]
+    fn a_dispatch_is_laid_out_as_the_shaders_declare_it() {
+        let body =
+            WGSL.split_once("struct Dispatch {").and_then(|(_, rest)| rest.split_once('}')).expect("it is there").0;
+        let fields = body.lines().filter(|line| line.trim().ends_with(": u32,")).count();
+        assert_eq!(fields * 4, size_of::<super::super::Dispatch>());
+    }
+}
