@@ -1,12 +1,12 @@
 //! Whether a device computes what it should: a picture of a few thousand samples whose every pixel is known.
 
 use glam::{DAffine3, DVec3, Vec3};
-use kinora_scene::{Color, Emission, Material, Mesh, Shape, World};
+use kinora_scene::{Bsdf, Color, Emission, Mesh, Shape, World};
 use std::sync::Arc;
 
 use crate::backend::Backend;
 use crate::render::{RenderError, Renderer};
-use crate::suite::{add, diffuse, quad, view, world};
+use crate::suite::{add, diffuse, glass, metal, quad, view, world};
 
 /// What [`self_test`] may find on a sound device: the noise of the picture, with room to spare.
 pub const SELF_TEST_TOLERANCE: f64 = 0.02;
@@ -36,14 +36,12 @@ fn room() -> World {
     let mut w = world([SIZE as u32; 2], 16, view(DVec3::new(0.0, 0.0, 1.8), DVec3::ZERO, 0.9));
     w.render.max_bounces = 16;
     let place = |x, y| DAffine3::from_translation(DVec3::new(x, y, 0.0));
-    let lit = Material::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true };
+    let lit = Bsdf::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true }.into();
     add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit);
     let ball = || Shape::Sphere { radius_m: 0.4 };
     add(&mut w, ball(), place(-0.5, 0.5), diffuse(1.0, 0.0));
-    let mirror = Material::Metal { color: Color::ONE, edge_tint: Color::ONE, roughness: 0.0 };
-    add(&mut w, ball(), place(0.5, 0.5), mirror);
-    let clear = Material::Dielectric { ior: 1.5, attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY };
-    add(&mut w, ball(), place(0.5, -0.5), clear);
+    add(&mut w, ball(), place(0.5, 0.5), metal(Color::ONE, 0.0));
+    add(&mut w, ball(), place(0.5, -0.5), glass(1.5, Color::ONE, f64::INFINITY));
     let mesh = Mesh {
         positions: vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(-0.5)],
         triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]],

@@ -27,6 +27,8 @@ pub struct MeshRequest {
     pub smooth: Option<bool>,
     /// `fit`, if set: metres.
     pub fit: Option<f64>,
+    /// The place that makes it of glass, if it is: its inside must then be closed.
+    pub glass: Option<Span>,
 }
 
 /// Where a mesh comes from.
@@ -56,6 +58,9 @@ impl<'a> Lower<'_, 'a> {
                 };
                 Shape::Quad { frame: self.frame(id, node), size_m }
             }
+            "torus" => {
+                Shape::Torus { radius_m: read::number(node, "radius"), tube_m: read::number(node, "tube") }
+            }
             "plane" => Shape::Plane { frame: self.frame(id, node) },
             "mesh" => {
                 self.mesh(id, node, index);
@@ -83,15 +88,20 @@ impl<'a> Lower<'_, 'a> {
     }
 
     /// E0401: the light of an infinite plane has no sum.
-    pub(super) fn power_of_plane(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, shape: Option<&Shape<Animated>>) {
+    pub(super) fn power_of_plane(
+        &mut self,
+        id: NodeId,
+        node: &Rc<NodeValue<'a>>,
+        shape: Option<&Shape<Animated>>,
+        material: usize,
+    ) {
         let Some(Shape::Plane { .. }) = shape else { return };
         let Some(set) = read::set(node, "material") else { return };
-        let Some(material) = read::node(set.data.as_ref()).and_then(|id| self.machine.done(id)) else { return };
-        let Some(power) = read::set(&material, "power") else { return };
+        let Some(power) = self.made_of.get(material).and_then(|made_of| made_of.power) else { return };
         let file = self.machine.file();
         let diagnostic = Diagnostic::new("E0401", "an infinite plane cannot have a `power`")
             .primary(file, set.expr.span, "its light has no sum")
-            .label(file, power.name, "power is set here")
+            .label(file, power, "power is set here")
             .help("use `radiance`, or a `quad`");
         self.report(id, diagnostic);
     }
@@ -131,7 +141,7 @@ impl<'a> Lower<'_, 'a> {
         };
         let smooth = read::number_if_set(node, "smooth").map(|value| value != 0.0);
         let fit = read::number_if_set(node, "fit");
-        self.meshes.push(MeshRequest { node: index, from, span, smooth, fit });
+        self.meshes.push(MeshRequest { node: index, from, span, smooth, fit, glass: None });
     }
 
     fn lists(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Option<Mesh> {

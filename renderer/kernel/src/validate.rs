@@ -3,9 +3,10 @@
 
 use std::fmt;
 
+use crate::albedo;
 use crate::generated::{
-    FILTER_CELLS, LIGHT_ELLIPSOID, MATERIAL_EMITTER, NONE, PRIMITIVE_KIND, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE,
-    PRIMITIVE_TRIANGLE,
+    LIGHT_RECTANGLE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, PRIMITIVE_KIND,
+    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
 };
 use crate::packed::Packed;
 
@@ -43,6 +44,10 @@ impl At {
         if value < limit { Ok(()) } else { Err(Invalid { array: self.0, index: self.1, what, value, limit }) }
     }
 
+    fn below_or_none(self, what: &'static str, value: u32, limit: usize) -> Result<(), Invalid> {
+        if value == NONE { Ok(()) } else { self.below(what, value.into(), limit) }
+    }
+
     // `count` elements from `first`.
     fn range(self, what: &'static str, first: u32, count: u32, len: usize) -> Result<(), Invalid> {
         self.below(what, u64::from(first) + u64::from(count), len + 1)
@@ -61,16 +66,15 @@ impl Packed {
         for (i, shape) in self.shapes.iter().enumerate() {
             let at = At("shapes", i);
             at.below("the material", shape.index.x.into(), self.materials.len())?;
-            if shape.index.y != NONE {
-                at.below("the first light", shape.index.y.into(), self.lights.len())?;
-            }
+            at.below_or_none("the first light", shape.index.y, self.lights.len())?;
+            at.below_or_none("the first emitter", shape.index.z, self.materials.len())?;
         }
         self.validate_primitives()?;
         for (i, material) in self.materials.iter().enumerate() {
-            At("materials", i).below("the kind", material.kind.x.into(), MATERIAL_EMITTER as usize + 1)?;
+            self.validate_material(At("materials", i), material)?;
         }
         for (i, light) in self.lights.iter().enumerate() {
-            At("lights", i).below("the kind", light.kind.x.into(), LIGHT_ELLIPSOID as usize + 1)?;
+            At("lights", i).below("the kind", light.kind.x.into(), LIGHT_RECTANGLE as usize + 1)?;
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
         Ok(())
@@ -81,7 +85,34 @@ impl Packed {
         at.range("the number of lights", 0, self.params.light_count, self.lights.len())?;
         at.range("the number of planes", 0, self.params.plane_count, self.shapes.len())?;
         at.range("the number of primitives", 0, self.params.primitive_count, self.primitives.len())?;
-        at.below("the filter's last entry in the tables", FILTER_CELLS.into(), self.tables.len())
+        for medium in self.params.media.to_array() {
+            at.below_or_none("a medium around the eye", medium, self.materials.len())?;
+        }
+        let tables = TABLE_ALBEDO as usize + albedo::tables().len();
+        at.below("the last entry of the tables", tables as u64 - 1, self.tables.len())
+    }
+
+    // What `kind` refers to; walks down a tree of materials count their steps, that along emitters ends by itself.
+    fn validate_material(&self, at: At, material: &Material) -> Result<(), Invalid> {
+        let count = self.materials.len();
+        let [kind, _, z, w] = material.kind.to_array();
+        at.below("the kind", kind.into(), MATERIAL_MIX as usize + 1)?;
+        match kind {
+            MATERIAL_GLOSSY => {
+                at.below("the material beneath", z.into(), count)?;
+                at.below_or_none("the metal mixed in", w, count)
+            }
+            MATERIAL_MIX => {
+                at.below("the first part", z.into(), count)?;
+                at.below("the second part", w.into(), count)
+            }
+            MATERIAL_EMITTER => {
+                at.below_or_none("the coat", z, count)?;
+                // The one linked last stands first, so that no walk goes in circles.
+                at.below_or_none("the next emitter", w, at.1)
+            }
+            _ => Ok(()),
+        }
     }
 
     fn validate_nodes(&self) -> Result<(), Invalid> {

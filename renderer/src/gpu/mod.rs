@@ -168,7 +168,7 @@ impl Gpu {
         let bindings = self.kernel.bind_scene(&self.device, &buffers);
         let size = packed.params.resolution;
         let output = self.make_output(size, size_of::<Vec4>() as u64)?;
-        let pipeline = self.kernel.pipeline(&self.device, RENDER, 0).clone();
+        let pipeline = self.kernel.pipeline(&self.device, RENDER, packed.params.features).clone();
         Ok(Scene { bindings, pipeline, output, size })
     }
 
