@@ -65,6 +65,6 @@ pub fn world(text: &str) -> kinora_scene::World {
 /// The frame cannot be made.
 pub fn render(scene: &kinora_scene::Scene, frame: i64, choice: kinora_renderer::Choice) -> Vec<glam::Vec3> {
     let world = kinora_animator::sample(scene, scene.clock.shutter_of(frame)).expect("the frame has a world");
-    let backend = kinora_renderer::open(choice, 0).expect("the backend opens");
+    let backend = kinora_renderer::open(choice, kinora_renderer::Options::default()).expect("the backend opens");
     kinora_renderer::Renderer::new(backend).render(&world, &()).expect("the world renders").mean()
 }
