@@ -1,10 +1,9 @@
 //! The flat arrays that both backends read, laid out as `shaders/scene.wgsl` declares them.
 
-use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::CwBvh;
 
 use crate::generated::{BVH_STACK, Kernel, Light, Material, Params, Primitive, Shape};
-use crate::query::Native;
+use crate::query::{Native, Tree};
 
 /// Samples of one pass: the unit in which samples are summed in f32 on a backend, to be folded in f64 on the host.
 pub const PASS_SAMPLES: u32 = 16;
@@ -16,9 +15,8 @@ pub struct Packed {
     pub params: Params,
     /// The tree over `primitives`, without a node if there are none.
     pub bvh: CwBvh,
-    /// The same tree before it was widened, with leaves that index `primitives`: on a CPU it is faster as long as it fits
-    /// into the caches. Only for small scenes, and not deeper than [`NARROW_STACK`](crate::query::NARROW_STACK).
-    pub narrow: Option<Bvh2>,
+    /// The tree over `primitives` that a CPU walks.
+    pub tree: Tree,
     /// In the order of the tree's leaves. Not empty: a GPU cannot bind nothing.
     pub primitives: Vec<Primitive>,
     /// Planes first. Not empty.
@@ -41,7 +39,7 @@ pub struct TooDeep {
 impl Packed {
     /// Runs `f` with the translated shaders over these arrays.
     pub fn with_kernel<R>(&self, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
-        let native = Native::new(&self.bvh, self.narrow.as_ref());
+        let native = Native::new(&self.tree);
         f(&Kernel {
             params: &self.params,
             nodes: &[],

@@ -13,11 +13,11 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec4};
 use kinora_kernel::generated::{NONE, SAMPLER_RANDOM, SAMPLER_SOBOL};
 use kinora_kernel::packed::TooDeep;
-use kinora_kernel::query::NARROW_STACK;
+use kinora_kernel::query::Tree;
 use kinora_kernel::{Packed, Params};
 use kinora_scene::{Sampler, World};
 use obvhs::BvhBuildParams;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
 use obvhs::ploc::PlocBuilder;
 
@@ -80,11 +80,11 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     }
     let light_count = lights::choose_by_power(&mut geometry.lights);
     let primitive_count = geometry.primitives.len() as u32;
-    let (bvh, narrow) = build_trees(&mut geometry);
+    let (bvh, tree) = build_trees(&mut geometry);
     let packed = Packed {
         params: Params { plane_count, primitive_count, light_count, ..params(world) },
         bvh,
-        narrow,
+        tree,
         primitives: not_empty(geometry.primitives),
         shapes: not_empty(geometry.shapes),
         materials: not_empty(world.materials.iter().map(materials::pack).collect()),
@@ -102,16 +102,14 @@ fn not_empty<T: Default>(mut items: Vec<T>) -> Vec<T> {
     items
 }
 
-/// Up to here a binary tree is faster on a CPU than a wide one (measured: 100k triangles).
-const MAX_NARROW: usize = 100_000;
 /// Up to here the tree is built with the greatest care.
 const MAX_TUNED: usize = 2_000;
 
 // Builds the tree, both ways where that pays, and puts the primitives into the order of the wide tree's leaves.
-fn build_trees(geometry: &mut Geometry) -> (CwBvh, Option<Bvh2>) {
+fn build_trees(geometry: &mut Geometry) -> (CwBvh, Tree) {
     let count = geometry.primitives.len();
     if count == 0 {
-        return (CwBvh::default(), None);
+        return (CwBvh::default(), Tree::default());
     }
     geometry.pad_boxes();
     // The slowest preset takes milliseconds for few primitives, and gives 8 % (Cornell box); for many the fast one
@@ -127,9 +125,6 @@ fn build_trees(geometry: &mut Geometry) -> (CwBvh, Option<Bvh2>) {
     ReinsertionOptimizer::default().run(&mut narrow, config.reinsertion_batch_ratio, None);
     let bvh = bvh2_to_cwbvh(&narrow, config.max_prims_per_leaf.clamp(1, 3), true, false);
     geometry.primitives = bvh.primitive_indices.iter().map(|&i| geometry.primitives[i as usize]).collect();
-    if count > MAX_NARROW || depth(&narrow) >= NARROW_STACK {
-        return (bvh, None);
-    }
     let mut position = vec![0; count];
     for (i, &primitive) in bvh.primitive_indices.iter().enumerate() {
         position[primitive as usize] = i as u32;
@@ -137,18 +132,8 @@ fn build_trees(geometry: &mut Geometry) -> (CwBvh, Option<Bvh2>) {
     for primitive in &mut narrow.primitive_indices {
         *primitive = position[*primitive as usize];
     }
-    (bvh, Some(narrow))
-}
-
-fn depth(bvh: &Bvh2) -> usize {
-    let mut levels = 0;
-    let mut level = vec![0_u32];
-    while !level.is_empty() {
-        levels += 1;
-        let inner = level.iter().map(|&node| &bvh.nodes[node as usize]).filter(|node| !node.is_leaf());
-        level = inner.flat_map(|node| [node.first_index, node.first_index + 1]).collect();
-    }
-    levels
+    let tree = Tree::new(&narrow, &geometry.primitives, &geometry.shapes);
+    (bvh, tree)
 }
 
 fn params(world: &World) -> Params {
