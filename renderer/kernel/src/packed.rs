@@ -1,9 +1,7 @@
 //! The flat arrays that both backends read, laid out as `shaders/scene.wgsl` declares them.
 
-use obvhs::cwbvh::CwBvh;
-
 use crate::generated::{BVH_STACK, Kernel, Light, Material, Params, Primitive, Shape};
-use crate::query::{Native, Tree};
+use crate::query::{Isa, Native, Tree, compress};
 
 /// Samples of one pass: the unit in which samples are summed in f32 on a backend, to be folded in f64 on the host.
 pub const PASS_SAMPLES: u32 = 16;
@@ -13,9 +11,7 @@ pub const PASS_SAMPLES: u32 = 16;
 pub struct Packed {
     /// What holds for the whole picture.
     pub params: Params,
-    /// The tree over `primitives`, without a node if there are none.
-    pub bvh: CwBvh,
-    /// The tree over `primitives` that a CPU walks.
+    /// The tree over `primitives`.
     pub tree: Tree,
     /// In the order of the tree's leaves. Not empty: a GPU cannot bind nothing.
     pub primitives: Vec<Primitive>,
@@ -39,7 +35,12 @@ pub struct TooDeep {
 impl Packed {
     /// Runs `f` with the translated shaders over these arrays.
     pub fn with_kernel<R>(&self, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
-        let native = Native::new(&self.tree);
+        self.with_kernel_on(Isa::best(), f)
+    }
+
+    /// As [`Packed::with_kernel`], with the ray queries of `isa`.
+    pub fn with_kernel_on<R>(&self, isa: Isa, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
+        let native = Native::new(&self.tree, isa);
         f(&Kernel {
             params: &self.params,
             nodes: &[],
@@ -54,10 +55,7 @@ impl Packed {
 
     /// The tree's nodes as the shaders read them; one empty node where there are none.
     pub fn node_bytes(&self) -> Vec<u8> {
-        if self.bvh.nodes.is_empty() {
-            return vec![0; size_of::<obvhs::cwbvh::node::CwBvhNode>()];
-        }
-        bytemuck::cast_slice(&self.bvh.nodes).to_vec()
+        compress(&self.tree, &self.primitives, &self.shapes)
     }
 
     /// Checks that both walks can hold the tree's path on their stacks.
@@ -65,21 +63,8 @@ impl Packed {
     /// # Errors
     /// The tree is too deep.
     pub fn check_depth(&self) -> Result<(), TooDeep> {
-        let mut level: Vec<u32> = if self.bvh.nodes.is_empty() { vec![] } else { vec![0] };
-        let mut depth = 0;
-        while !level.is_empty() {
-            depth += 1;
-            if depth >= BVH_STACK {
-                return Err(TooDeep { depth });
-            }
-            level = level
-                .iter()
-                .flat_map(|&node| {
-                    let node = &self.bvh.nodes[node as usize];
-                    node.child_base_idx..node.child_base_idx + node.imask.count_ones()
-                })
-                .collect();
-        }
-        Ok(())
+        // The shaders' nodes have a level more: that of the leaves.
+        let depth = self.tree.levels(BVH_STACK) + 1;
+        if depth >= BVH_STACK { Err(TooDeep { depth }) } else { Ok(()) }
     }
 }

@@ -1,32 +1,22 @@
 //! Shapes as primitives of the tree, with their boxes and lights.
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec3A, Vec4};
+use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
     LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE,
     PRIMITIVE_TRIANGLE,
 };
+use kinora_kernel::query::Bounds;
 use kinora_kernel::{Primitive, Shape as PackedShape};
 use kinora_scene::{Emission, Frame, Instance, Material, Mesh, Shape, Still, World};
-use obvhs::{Boundable, aabb::Aabb};
 
 use super::lights::{Light, light, luminance};
 use super::{NO_LIGHT, PackError, TURN};
-
-/// The box of a primitive.
-#[derive(Clone, Copy)]
-pub struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
 
 /// What `pack` collects, primitives in the order in which they come.
 #[derive(Default)]
 pub struct Geometry {
     pub primitives: Vec<Primitive>,
-    pub boxes: Vec<Bounds>,
+    pub bounds: Vec<Bounds>,
     pub shapes: Vec<PackedShape>,
     pub lights: Vec<Light>,
 }
@@ -73,8 +63,8 @@ impl Geometry {
         record.index = UVec4::new(instance.material as u32, first_light, 0, instance.node as u32);
         self.shapes.push(record);
 
-        let far = |v: Vec3A| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
-        let outside = self.boxes[first..].iter().any(|b| far(b.0.min) || far(b.0.max));
+        let far = |v: Vec3| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
+        let outside = self.bounds[first..].iter().any(|b| far(b.low) || far(b.high));
         let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
         if outside || matrices.iter().any(|row| !row.is_finite()) {
             return Err(PackError::Coordinates { node: instance.node });
@@ -83,15 +73,15 @@ impl Geometry {
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
-    pub fn pad_boxes(&mut self) {
+    pub fn pad_bounds(&mut self) {
         let reach = self
-            .boxes
+            .bounds
             .iter()
-            .fold(0.0_f32, |reach, b| reach.max(b.0.min.abs().max_element()).max(b.0.max.abs().max_element()));
-        let pad = Vec3A::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
-        for b in &mut self.boxes {
-            b.0.min -= pad;
-            b.0.max += pad;
+            .fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
+        let pad = Vec3::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
+        for b in &mut self.bounds {
+            b.low -= pad;
+            b.high += pad;
         }
     }
 
@@ -99,7 +89,7 @@ impl Geometry {
         let rows = place.matrix3.transpose();
         let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let centre = place.translation;
-        self.boxes.push(Bounds(Aabb { min: (centre - half).as_vec3a(), max: (centre + half).as_vec3a() }));
+        self.bounds.push(Bounds { low: (centre - half).as_vec3(), high: (centre + half).as_vec3() });
         self.primitives
             .push(Primitive { shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_SPHERE), ..Primitive::default() });
     }
@@ -109,7 +99,7 @@ impl Geometry {
         let [a, b, c, d] = corners.map(|p| p.as_vec3());
         let low = a.min(b).min(c).min(d);
         let high = a.max(b).max(c).max(d);
-        self.boxes.push(Bounds(Aabb { min: low.into(), max: high.into() }));
+        self.bounds.push(Bounds { low, high });
         self.primitives.push(Primitive {
             x: Vec4::new(a.x, b.x, c.x, d.x),
             y: Vec4::new(a.y, b.y, c.y, d.y),
@@ -153,7 +143,7 @@ impl Geometry {
             .collect();
         let mirrored = place.matrix3.determinant() < 0.0;
         self.primitives.reserve(mesh.triangles.len());
-        self.boxes.reserve(mesh.triangles.len());
+        self.bounds.reserve(mesh.triangles.len());
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|v| v as usize);
             let [a, b, c] = if mirrored { [a, c, b] } else { [a, b, c] };

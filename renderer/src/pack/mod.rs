@@ -13,13 +13,9 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec4};
 use kinora_kernel::generated::{NONE, SAMPLER_RANDOM, SAMPLER_SOBOL};
 use kinora_kernel::packed::TooDeep;
-use kinora_kernel::query::Tree;
+use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
 use kinora_scene::{Sampler, World};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
-use obvhs::ploc::PlocBuilder;
 
 use geometry::Geometry;
 
@@ -80,10 +76,10 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     }
     let light_count = lights::choose_by_power(&mut geometry.lights);
     let primitive_count = geometry.primitives.len() as u32;
-    let (bvh, tree) = build_trees(&mut geometry);
+    geometry.pad_bounds();
+    let tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
     let packed = Packed {
         params: Params { plane_count, primitive_count, light_count, ..params(world) },
-        bvh,
         tree,
         primitives: not_empty(geometry.primitives),
         shapes: not_empty(geometry.shapes),
@@ -100,40 +96,6 @@ fn not_empty<T: Default>(mut items: Vec<T>) -> Vec<T> {
         items.push(T::default());
     }
     items
-}
-
-/// Up to here the tree is built with the greatest care.
-const MAX_TUNED: usize = 2_000;
-
-// Builds the tree, both ways where that pays, and puts the primitives into the order of the wide tree's leaves.
-fn build_trees(geometry: &mut Geometry) -> (CwBvh, Tree) {
-    let count = geometry.primitives.len();
-    if count == 0 {
-        return (CwBvh::default(), Tree::default());
-    }
-    geometry.pad_boxes();
-    // The slowest preset takes milliseconds for few primitives, and gives 8 % (Cornell box); for many the fast one
-    // traces as well.
-    let config = if count <= MAX_TUNED { BvhBuildParams::very_slow_build() } else { BvhBuildParams::fast_build() };
-    let mut narrow = PlocBuilder::with_capacity(count).build(
-        config.ploc_search_distance,
-        &geometry.boxes,
-        (0..count as u32).collect(),
-        config.sort_precision,
-        config.search_depth_threshold,
-    );
-    ReinsertionOptimizer::default().run(&mut narrow, config.reinsertion_batch_ratio, None);
-    let bvh = bvh2_to_cwbvh(&narrow, config.max_prims_per_leaf.clamp(1, 3), true, false);
-    geometry.primitives = bvh.primitive_indices.iter().map(|&i| geometry.primitives[i as usize]).collect();
-    let mut position = vec![0; count];
-    for (i, &primitive) in bvh.primitive_indices.iter().enumerate() {
-        position[primitive as usize] = i as u32;
-    }
-    for primitive in &mut narrow.primitive_indices {
-        *primitive = position[*primitive as usize];
-    }
-    let tree = Tree::new(&narrow, &geometry.primitives, &geometry.shapes);
-    (bvh, tree)
 }
 
 fn params(world: &World) -> Params {

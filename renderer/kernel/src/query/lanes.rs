@@ -82,27 +82,36 @@ pub enum Isa {
 }
 
 impl Isa {
+    /// All that there are, the best last.
+    pub const ALL: &[Isa] = &[
+        Isa::Portable,
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2,
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx512,
+    ];
+
     /// The best that this CPU has.
     pub fn best() -> Isa {
-        Isa::all().last().copied().unwrap_or(Isa::Portable)
+        Isa::ALL.iter().rev().copied().find(|isa| isa.is_there()).unwrap_or(Isa::Portable)
     }
 
-    /// All that this CPU has, the best last.
-    pub fn all() -> Vec<Isa> {
-        #[allow(unused_mut)]
-        let mut all = vec![Isa::Portable];
+    /// Whether this CPU has it.
+    pub fn is_there(self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        {
-            use std::arch::is_x86_feature_detected as has;
-            let avx2 = has!("avx2") && has!("fma") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt");
-            if avx2 {
-                all.push(Isa::Avx2);
+        use std::arch::is_x86_feature_detected as has;
+        match self {
+            Isa::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2 => {
+                has!("avx2") && has!("fma") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt")
             }
-            if avx2 && has!("avx512f") && has!("avx512bw") && has!("avx512dq") && has!("avx512vl") {
-                all.push(Isa::Avx512);
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512 => {
+                let all = has!("avx512f") && has!("avx512bw") && has!("avx512dq") && has!("avx512vl");
+                all && Isa::Avx2.is_there()
             }
         }
-        all
     }
 }
 

@@ -5,6 +5,8 @@
 //! `hit_primitive` does, in its order, boxes are wide enough for rounding, and of two hits at exactly one distance the
 //! lower index wins.
 
+mod build;
+mod compressed;
 mod lanes;
 mod ray;
 mod shapes;
@@ -16,9 +18,11 @@ use glam::Vec3;
 
 use crate::generated::{Hit, Kernel};
 
+pub use build::{Bounds, build};
+pub use compressed::compress;
 pub use lanes::{BATCH, Isa};
 pub use ray::{Hits, Rays};
-pub use tree::{MAX_LEVELS, Tree};
+pub use tree::Tree;
 
 /// What the queries need beside the arrays.
 #[derive(Clone, Copy)]
@@ -28,14 +32,9 @@ pub struct Native<'a> {
 }
 
 impl<'a> Native<'a> {
-    /// Queries over `tree`, with the best instructions that there are.
-    pub fn new(tree: &'a Tree) -> Self {
-        Self::with(tree, Isa::best())
-    }
-
     /// Queries over `tree` with the instructions of `isa`, or the plain ones where this CPU lacks them.
-    pub fn with(tree: &'a Tree, isa: Isa) -> Self {
-        Self { tree, isa: if Isa::all().contains(&isa) { isa } else { Isa::Portable } }
+    pub fn new(tree: &'a Tree, isa: Isa) -> Self {
+        Self { tree, isa: if isa.is_there() { isa } else { Isa::Portable } }
     }
 }
 
@@ -74,7 +73,7 @@ fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start
     let (o, d) = (o.to_array(), d.to_array());
     match isa {
         Isa::Portable => walk::one::<lanes::Portable, ANY>(tree, o, d, t_max, start),
-        // SAFETY: `Native::with` saw that the CPU has them.
+        // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => unsafe { avx2::one::<ANY>(tree, o, d, t_max, start) },
         #[cfg(target_arch = "x86_64")]
@@ -89,7 +88,7 @@ fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &m
     match (isa, tree.has_few()) {
         (Isa::Portable, false) => walk::many::<lanes::Portable, ANY>(tree, rays, active, hits),
         (Isa::Portable, true) => sweep::many::<lanes::Portable, ANY>(tree, rays, active, hits),
-        // SAFETY: `Native::with` saw that the CPU has them.
+        // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
         (Isa::Avx2, false) => unsafe { avx2::many::<ANY>(tree, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3, UVec4, Vec2, Vec3, Vec4};
 use kinora_kernel::generated::{FILTER_CELLS, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_METAL, PRIMITIVE_SPHERE};
+use kinora_kernel::query::Tree;
 use kinora_kernel::{Light, Material, Packed, Params, Primitive, Shape};
-use obvhs::cwbvh::CwBvh;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Random(pub u64);
@@ -54,8 +54,7 @@ pub fn direction(z: f64, phi: f64) -> Vec3 {
 pub fn nothing() -> Packed {
     Packed {
         params: Params { resolution: glam::UVec2::ONE, ..Params::default() },
-        bvh: CwBvh::default(),
-        narrow: None,
+        tree: Tree::default(),
         primitives: vec![Primitive::default()],
         shapes: vec![Shape::default()],
         materials: vec![Material::default()],
