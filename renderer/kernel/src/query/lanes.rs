@@ -103,9 +103,7 @@ impl Isa {
         match self {
             Isa::Portable => true,
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => {
-                has!("avx2") && has!("fma") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt")
-            }
+            Isa::Avx2 => has!("avx2") && has!("fma") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt"),
             #[cfg(target_arch = "x86_64")]
             Isa::Avx512 => {
                 let all = has!("avx512f") && has!("avx512bw") && has!("avx512dq") && has!("avx512vl");
@@ -417,7 +415,12 @@ mod x86 {
     impl Lanes for Avx512 {
         plain_256!(Avx512);
         mask_registers!(
-            Avx512, __mmask8, _mm256_cmp_ps_mask, _mm256_cmpeq_epi32_mask, _mm256_cmplt_epu32_mask, _mm256_castps_si256,
+            Avx512,
+            __mmask8,
+            _mm256_cmp_ps_mask,
+            _mm256_cmpeq_epi32_mask,
+            _mm256_cmplt_epu32_mask,
+            _mm256_castps_si256,
             _mm256_mask_blend_ps
         );
     }
@@ -425,35 +428,29 @@ mod x86 {
 
     impl Lanes for Avx512x16 {
         plain!(
-            Avx512x16, 16, _mm512_set1_ps, _mm512_setzero_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_sqrt_ps, _mm512_fmadd_ps
+            Avx512x16,
+            16,
+            _mm512_set1_ps,
+            _mm512_setzero_ps,
+            _mm512_loadu_ps,
+            _mm512_storeu_ps,
+            _mm512_sqrt_ps,
+            _mm512_fmadd_ps
         );
         binary!(
             Avx512x16, add _mm512_add_ps, sub _mm512_sub_ps, mul _mm512_mul_ps, div _mm512_div_ps, min _mm512_min_ps,
             max _mm512_max_ps
         );
         mask_registers!(
-            Avx512x16, __mmask16, _mm512_cmp_ps_mask, _mm512_cmpeq_epi32_mask, _mm512_cmplt_epu32_mask, _mm512_castps_si512,
+            Avx512x16,
+            __mmask16,
+            _mm512_cmp_ps_mask,
+            _mm512_cmpeq_epi32_mask,
+            _mm512_cmplt_epu32_mask,
+            _mm512_castps_si512,
             _mm512_mask_blend_ps
         );
     }
-}
-
-/// Asks for the memory of `items`, which will be read soon.
-#[inline(always)]
-pub fn prefetch<T>(items: &[T]) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let first = items.as_ptr().cast::<i8>();
-        for offset in (0..size_of_val(items)).step_by(64) {
-            // SAFETY: SSE is part of x86-64; a prefetch reads nothing and may have any address.
-            unsafe {
-                use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-                _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(offset));
-            }
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = items;
 }
 
 /// Nodes and leaves still to visit, with the distances at which the ray enters them.

@@ -1,7 +1,7 @@
 //! The tree that the CPU walks: nodes of eight boxes, and leaves of up to eight primitives of one kind whose numbers lie
 //! side by side, so that a node or a leaf is one test in eight lanes.
 
-use super::lanes::{Row, WIDTH, prefetch};
+use super::lanes::{Row, WIDTH};
 use crate::generated::NONE;
 
 /// What an item of a node is: its high bits. The others are the index of a node, or of a leaf's first row.
@@ -62,17 +62,6 @@ pub struct Tree {
 pub const FEW: usize = 32;
 
 impl Tree {
-    /// Asks for the memory of an item that will be visited soon.
-    #[inline(always)]
-    pub(super) fn prefetch(&self, item: u32) {
-        let index = (item & !ITEM_KIND) as usize;
-        if item & ITEM_KIND == ITEM_NODE {
-            prefetch(self.nodes.get(index..=index).unwrap_or_default());
-        } else {
-            prefetch(self.rows.get(index..index + 10).unwrap_or_default());
-        }
-    }
-
     /// The primitives of a leaf; NONE beyond the last.
     pub(super) fn ids(&self, leaf: u32) -> [u32; WIDTH] {
         let rows = if leaf & ITEM_KIND == ITEM_TRIANGLES { 9 } else { 12 };
@@ -87,10 +76,7 @@ impl Tree {
         while !level.is_empty() && levels < most {
             levels += 1;
             let nodes = level.iter().filter_map(|&node| self.nodes.get(node as usize));
-            level = nodes
-                .flat_map(|node| node.items)
-                .filter(|item| item & ITEM_KIND == ITEM_NODE)
-                .collect();
+            level = nodes.flat_map(|node| node.items).filter(|item| item & ITEM_KIND == ITEM_NODE).collect();
         }
         levels
     }

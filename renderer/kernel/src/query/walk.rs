@@ -1,5 +1,4 @@
-//! The walk of a ray through the tree: eight boxes or primitives at a time. Sixteen walks take turns, so that the
-//! memory that one of them needs next is on its way while the others go on.
+//! The walk of a ray through the tree: eight boxes or primitives at a time.
 
 use super::lanes::{BATCH, Eight, Lanes, Row, Stack, WIDTH};
 use super::ray::{Hits, Prepared, Rays, splat};
@@ -196,7 +195,8 @@ fn corners<L: Eight, const C: usize>(rows: &[[Row; 3]; C]) -> [[L; 3]; C] {
 pub fn one<L: Eight, const ANY: bool>(tree: &Tree, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
     let Some(root) = tree.root else { return NOTHING };
     let all = |x: f32| [x; WIDTH];
-    let rays = Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
+    let rays =
+        Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
     let mut walk = Walk::new(root, t_max, start, rays.slack[0]);
     let mut stack = Stack::new();
     while walk.step::<L, ANY, WIDTH>(tree, &rays, 0, &mut stack) {}
@@ -208,26 +208,11 @@ pub fn one<L: Eight, const ANY: bool>(tree: &Tree, o: [f32; 3], d: [f32; 3], t_m
 pub fn many<L: Eight, const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
     let Some(root) = tree.root else { return 0 };
     let prepared = Prepared::<BATCH>::new::<L>(&rays.o, &rays.d, tree.reach);
-    let mut stacks = [const { Stack::new() }; BATCH];
-    let mut walks = [const { Walk { item: 0, start: 0, best: NOTHING, found: false, cull: 0.0 } }; BATCH];
-    for i in 0..BATCH {
-        walks[i] = Walk::new(root, rays.t_max[i], rays.start[i], prepared.slack[i]);
-    }
-    let mut live = active & 0xffff;
-    while live != 0 {
-        let mut turn = live;
-        while turn != 0 {
-            let i = turn.trailing_zeros() as usize % BATCH;
-            turn &= turn - 1;
-            if walks[i].step::<L, ANY, BATCH>(tree, &prepared, i, &mut stacks[i]) {
-                tree.prefetch(walks[i].item);
-            } else {
-                live &= !(1 << i);
-            }
-        }
-    }
     let mut found = 0;
-    for (i, walk) in walks.iter().enumerate() {
+    for i in (0..BATCH).filter(|i| active >> i & 1 == 1) {
+        let mut walk = Walk::new(root, rays.t_max[i], rays.start[i], prepared.slack[i]);
+        let mut stack = Stack::new();
+        while walk.step::<L, ANY, BATCH>(tree, &prepared, i, &mut stack) {}
         if walk.found {
             found |= 1 << i;
             if !ANY {
