@@ -33,9 +33,8 @@ pub fn flats<L: Lanes, const N: usize>(ray: Probe<L>, corners: [[L; 3]; N], t_ma
     let mut p = corners;
     let (mut px, mut py) = ([zero; N], [zero; N]);
     for i in 0..N {
-        for axis in 0..3 {
-            p[i][axis] = p[i][axis].sub(ray.o[axis]);
-        }
+        let [x, y, z] = corners[i];
+        p[i] = [x.sub(ray.o[0]), y.sub(ray.o[1]), z.sub(ray.o[2])];
         px[i] = dot(p[i], ray.x);
         py[i] = dot(p[i], ray.y);
     }

@@ -5,7 +5,6 @@ use super::lanes::{BATCH, Lanes, Row};
 use super::ray::{Hits, Prepared, Rays, load};
 use super::shapes::{LaneHits, Probe, flats, spheres};
 use super::tree::{ITEM_KIND, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Tree};
-use crate::generated::NONE;
 
 /// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something.
 #[inline(always)]

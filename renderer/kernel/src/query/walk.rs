@@ -1,6 +1,6 @@
 //! The walk of a ray through the tree: eight boxes or primitives at a time.
 
-use super::lanes::{BATCH, Eight, Lanes, Row, Stack, WIDTH};
+use super::lanes::{BATCH, Eight, Row, Stack, WIDTH};
 use super::ray::{Hits, Prepared, Rays, splat};
 use super::shapes::{LaneHits, Probe, flats, spheres};
 use super::tree::{ITEM_KIND, ITEM_NODE, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Node, Tree};
