@@ -145,16 +145,6 @@ impl Scene {
     }
 }
 
-#[derive(Clone, Copy)]
-struct Square(Vec3, Vec3);
-
-impl Boundable for Square {
-    fn aabb(&self) -> Aabb {
-        let pad = Vec3::splat(1e-6);
-        Aabb { min: (self.0.min(self.1) - pad).into(), max: (self.0.max(self.1) + pad).into() }
-    }
-}
-
 fn black(opacity: f32) -> Material {
     Material { more: Vec4::new(0.0, 0.0, 0.0, opacity), ..diffuse(0.0, 0.0, DIFFUSE_EON) }
 }

@@ -2,7 +2,6 @@
 //! side by side, so that a node or a leaf is one test in eight lanes.
 
 use super::lanes::{Row, WIDTH};
-use crate::generated::NONE;
 
 /// What an item of a node is: its high bits. The others are the index of a node, or of a leaf's first row.
 pub const ITEM_KIND: u32 = 0xc000_0000;
