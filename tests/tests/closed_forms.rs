@@ -30,7 +30,7 @@ fn case(name: impl Into<String>, render: &str, scene: String, truth: f64, tolera
 const EXACT: f64 = 2e-5;
 const PRELUDE: &str = "lang 1\nfn grey(x: float) -> color { return linear(x, x, x) }\n";
 const SEEDS: u32 = 12;
-const SHARP: f64 = 0.015;
+const SHARP: f64 = 0.02;
 
 fn check(cases: Vec<Case>) {
     let mut cpu = Kernel::open(Choice::Cpu);
