@@ -42,11 +42,13 @@
 mod expression;
 mod function;
 mod items;
+mod lanes;
 mod names;
 mod types;
 
 use std::fmt::Write as _;
 
+pub use lanes::{LaneOptions, Registers, translate_lanes};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 /// How to translate.
