@@ -1,25 +1,52 @@
 //! Surfaces, shapes, the sky and the look at one instant.
 
-use kinora_scene::{Animated, Emission, Look, Material, Shape, Sky, Still};
+use kinora_scene::{Animated, Bsdf, Emission, Look, Material, Reflectance, Shape, Sky, Still};
 
 use crate::{
     error::{Fault, SampleError},
     read::{Range, Reader},
 };
 
-pub(crate) fn material(read: Reader<'_>, material: &Material<Animated>) -> Result<Material<Still>, SampleError> {
-    Ok(match material {
-        Material::Diffuse { color, roughness } => Material::Diffuse {
+/// Materials before this one are known: what it is made of must be among them.
+pub(crate) fn material(
+    read: Reader<'_>,
+    index: usize,
+    material: &Material<Animated>,
+) -> Result<Material<Still>, SampleError> {
+    let inner = |property, inner: usize| {
+        if inner < index { Ok(inner) } else { Err(read.error(property, Fault::Dangling)) }
+    };
+    let bsdf = match &material.bsdf {
+        Bsdf::Diffuse { color, roughness, model } => Bsdf::Diffuse {
             color: read.color("color", color, Range::ZeroToOne)?,
             roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
+            model: *model,
         },
-        Material::Metal { color, edge_tint, roughness } => Material::Metal {
-            color: read.color("color", color, Range::ZeroToOne)?,
-            edge_tint: read.color("edge_tint", edge_tint, Range::ZeroToOne)?,
+        Bsdf::Metal { reflectance, roughness, anisotropy, anisotropy_rotation, energy_compensation } => Bsdf::Metal {
+            reflectance: match reflectance {
+                Reflectance::Tint { color, edge_tint } => Reflectance::Tint {
+                    color: read.color("color", color, Range::ZeroToOne)?,
+                    edge_tint: read.color("edge_tint", edge_tint, Range::ZeroToOne)?,
+                },
+                Reflectance::Spectrum(metal) => Reflectance::Spectrum(*metal),
+            },
             roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
+            anisotropy: read.check("anisotropy", *anisotropy, Range::ZeroToOne)?,
+            anisotropy_rotation: read.check("anisotropy_rotation", *anisotropy_rotation, Range::Any)?,
+            energy_compensation: *energy_compensation,
         },
-        &Material::Dielectric { ref ior, attenuation_color, attenuation_distance_m } => Material::Dielectric {
+        &Bsdf::Dielectric {
+            ref ior,
+            ref roughness,
+            energy_compensation,
+            attenuation_color,
+            attenuation_distance_m,
+            thin,
+            priority,
+        } => Bsdf::Dielectric {
             ior: read.number("ior", ior, Range::FromOne)?,
+            roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
+            energy_compensation,
             attenuation_color: read.color("attenuation_color", &attenuation_color.into(), Range::ZeroToOne)?,
             // Infinite for clear glass.
             attenuation_distance_m: if attenuation_distance_m == f64::INFINITY {
@@ -27,8 +54,21 @@ pub(crate) fn material(read: Reader<'_>, material: &Material<Animated>) -> Resul
             } else {
                 read.check("attenuation_distance", attenuation_distance_m, Range::AboveZero)?
             },
+            thin,
+            priority,
         },
-        Material::Emitter { color, emission, two_sided } => Material::Emitter {
+        Bsdf::Glossy { base, ior, roughness, metalness } => Bsdf::Glossy {
+            base: inner("base", *base)?,
+            ior: read.check("ior", *ior, Range::FromOne)?,
+            roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
+            metalness: read.number("metalness", metalness, Range::ZeroToOne)?,
+        },
+        Bsdf::Mix { a, b, amount } => Bsdf::Mix {
+            a: inner("a", *a)?,
+            b: inner("b", *b)?,
+            amount: read.number("amount", amount, Range::ZeroToOne)?,
+        },
+        Bsdf::Emitter { color, emission, two_sided } => Bsdf::Emitter {
             color: read.color("color", color, Range::FromZero)?,
             emission: match emission {
                 Emission::Radiance(radiance) => {
@@ -38,7 +78,8 @@ pub(crate) fn material(read: Reader<'_>, material: &Material<Animated>) -> Resul
             },
             two_sided: *two_sided,
         },
-    })
+    };
+    Ok(Material { opacity: read.number("opacity", &material.opacity, Range::ZeroToOne)?, bsdf })
 }
 
 pub(crate) fn shape(read: Reader<'_>, shape: &Shape<Animated>) -> Result<Shape<Still>, SampleError> {

@@ -1,6 +1,6 @@
 //! The stage itself: a scene and a shutter give a world.
 
-use kinora_scene::{Instance, Scene, Shutter, World};
+use kinora_scene::{Bsdf, Instance, Node, Scene, Shutter, World};
 
 use crate::{
     camera::view,
@@ -45,10 +45,9 @@ pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
         instances.push(Instance { node: index, shape, world_from_object, material: node.material });
     }
 
-    let wearer = |index| scene.nodes.iter().find(|node| node.shape.is_some() && node.material == index);
     let materials = scene.materials.iter().enumerate().map(|(index, surface)| {
-        let name = wearer(index).map_or("", |node| node.name.as_str());
-        material(now.reader(Place::Material(index), name), surface)
+        material(now.reader(Place::Material(index), ""), index, surface)
+            .map_err(|error| SampleError { name: wearer(scene, index), ..error })
     });
     Ok(World {
         render: scene.render.clone(),
@@ -59,4 +58,23 @@ pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
         materials: materials.collect::<Result<_, _>>()?,
         sky: scene.sky.as_ref().map(|scene_sky| sky(now.reader(Place::Sky, "sky"), scene_sky)).transpose()?,
     })
+}
+
+/// The name of the first node that has the material, or one that it is a part of; empty where there is none.
+fn wearer(scene: &Scene, index: usize) -> String {
+    let mut found = vec![false; scene.materials.len()];
+    for (at, material) in scene.materials.iter().enumerate() {
+        let part = |part: &usize| found.get(*part) == Some(&true);
+        let here = at == index
+            || match &material.bsdf {
+                Bsdf::Glossy { base, .. } => part(base),
+                Bsdf::Mix { a, b, .. } => part(a) || part(b),
+                _ => false,
+            };
+        if let Some(slot) = found.get_mut(at) {
+            *slot = here;
+        }
+    }
+    let has = |node: &&Node| node.shape.is_some() && found.get(node.material) == Some(&true);
+    scene.nodes.iter().find(has).map_or(String::new(), |node| node.name.clone())
 }

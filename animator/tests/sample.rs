@@ -17,6 +17,22 @@ fn time() -> Track<f64> {
     Track::Curve(Box::new(Tape { code: vec![Instruction::Time], outputs: vec![0], ..Tape::default() }))
 }
 
+fn diffuse<R: Rate>(color: R::Of<Color>, roughness: R::Of<f64>) -> Bsdf<R> {
+    Bsdf::Diffuse { color, roughness, model: DiffuseModel::Fon }
+}
+
+fn glass<R: Rate>(ior: R::Of<f64>, roughness: R::Of<f64>) -> Bsdf<R> {
+    Bsdf::Dielectric {
+        ior,
+        roughness,
+        energy_compensation: true,
+        attenuation_color: Color::ONE,
+        attenuation_distance_m: f64::INFINITY,
+        thin: true,
+        priority: -3,
+    }
+}
+
 fn check_near(found: DVec3, expected: DVec3) {
     assert!((found - expected).length() < 1e-12, "{found}, expected {expected}");
 }
@@ -27,11 +43,20 @@ fn every_value_is_taken_when_the_shutter_opens() {
     scene.look.exposure = time();
     scene.nodes[0].shape = Some(Shape::Sphere { radius_m: time() });
     scene.materials = vec![
-        Material::Diffuse { color: Color::ONE.into(), roughness: time() },
-        Material::Metal { color: Color::ONE.into(), edge_tint: Color::ONE.into(), roughness: 0.25.into() },
-        Material::Emitter { color: Color::X.into(), emission: Emission::Power(time()), two_sided: true },
-        Material::Emitter { color: Color::X.into(), emission: Emission::Radiance(time()), two_sided: false },
-        Material::Dielectric { ior: 1.5.into(), attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY },
+        Material { opacity: time(), bsdf: diffuse(Color::ONE.into(), time()) },
+        Bsdf::Metal {
+            reflectance: Reflectance::Tint { color: Color::ONE.into(), edge_tint: Color::ONE.into() },
+            roughness: time(),
+            anisotropy: 0.5,
+            anisotropy_rotation: -9.0,
+            energy_compensation: false,
+        }
+        .into(),
+        Bsdf::Emitter { color: Color::X.into(), emission: Emission::Power(time()), two_sided: true }.into(),
+        Bsdf::Emitter { color: Color::X.into(), emission: Emission::Radiance(time()), two_sided: false }.into(),
+        glass(1.5.into(), time()).into(),
+        Bsdf::Glossy { base: 1, ior: 1.3, roughness: time(), metalness: time() }.into(),
+        Bsdf::Mix { a: 5, b: 2, amount: time() }.into(),
     ];
     scene.sky = Some(Sky { color: Color::Y.into(), strength: time(), visible: false });
     let world = world(&scene, 0.5);
@@ -42,11 +67,20 @@ fn every_value_is_taken_when_the_shutter_opens() {
     assert_eq!(
         world.materials,
         [
-            Material::Diffuse { color: Color::ONE, roughness: 0.5 },
-            Material::Metal { color: Color::ONE, edge_tint: Color::ONE, roughness: 0.25 },
-            Material::Emitter { color: Color::X, emission: Emission::Power(0.5), two_sided: true },
-            Material::Emitter { color: Color::X, emission: Emission::Radiance(0.5), two_sided: false },
-            Material::Dielectric { ior: 1.5, attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY },
+            Material { opacity: 0.5, bsdf: diffuse(Color::ONE, 0.5) },
+            Bsdf::Metal {
+                reflectance: Reflectance::Tint { color: Color::ONE, edge_tint: Color::ONE },
+                roughness: 0.5,
+                anisotropy: 0.5,
+                anisotropy_rotation: -9.0,
+                energy_compensation: false,
+            }
+            .into(),
+            Bsdf::Emitter { color: Color::X, emission: Emission::Power(0.5), two_sided: true }.into(),
+            Bsdf::Emitter { color: Color::X, emission: Emission::Radiance(0.5), two_sided: false }.into(),
+            glass(1.5, 0.5).into(),
+            Bsdf::Glossy { base: 1, ior: 1.3, roughness: 0.5, metalness: 0.5 }.into(),
+            Bsdf::Mix { a: 5, b: 2, amount: 0.5 }.into(),
         ]
     );
 }
@@ -54,8 +88,8 @@ fn every_value_is_taken_when_the_shutter_opens() {
 #[test]
 fn rounding_over_an_end_is_the_end() {
     let mut scene = scene();
-    scene.materials = vec![Material::Diffuse { color: Color::splat(1.000_000_1).into(), roughness: (-1e-17).into() }];
-    assert_eq!(world(&scene, 0.0).materials, [Material::Diffuse { color: Color::ONE, roughness: 0.0 }]);
+    scene.materials = vec![diffuse(Color::splat(1.000_000_1).into(), (-1e-17).into()).into()];
+    assert_eq!(world(&scene, 0.0).materials, [diffuse(Color::ONE, 0.0).into()]);
 }
 
 #[test]
@@ -271,30 +305,82 @@ fn a_chain_of_parents_may_leave_the_numbers() {
 
 #[test]
 fn faults_of_materials_name_who_wears_them() {
-    let check = |material: Material<Animated>, property, fault| {
-        check_edit(|scene| scene.materials[0] = material, Place::Material(0), property, fault);
+    let check = |bsdf: Bsdf<Animated>, property, fault| {
+        check_edit(|scene| scene.materials[0] = bsdf.into(), Place::Material(0), property, fault);
     };
     let (white, bad) = (|| Track::Const(Color::ONE), || Track::Const(Color::new(0.0, 1.5, 0.0)));
-    check(Material::Diffuse { color: bad(), roughness: 0.0.into() }, "color", too(1.5, "0 to 1"));
-    check(Material::Diffuse { color: white(), roughness: 1.5.into() }, "roughness", too(1.5, "0 to 1"));
-    check(Material::Metal { color: white(), edge_tint: bad(), roughness: 0.0.into() }, "edge_tint", too(1.5, "0 to 1"));
-    check(
-        Material::Metal { color: white(), edge_tint: white(), roughness: (-0.5).into() },
-        "roughness",
-        too(-0.5, "0 to 1"),
-    );
-    let glass = |ior: f64, attenuation_distance_m| Material::Dielectric {
-        ior: ior.into(),
-        attenuation_color: Color::ONE,
-        attenuation_distance_m,
+    check(diffuse(bad(), 0.0.into()), "color", too(1.5, "0 to 1"));
+    check(diffuse(white(), 1.5.into()), "roughness", too(1.5, "0 to 1"));
+    let metal = |color, edge_tint, roughness: f64, anisotropy, anisotropy_rotation| Bsdf::Metal {
+        reflectance: Reflectance::Tint { color, edge_tint },
+        roughness: roughness.into(),
+        anisotropy,
+        anisotropy_rotation,
+        energy_compensation: true,
     };
-    check(glass(0.5, 1.0), "ior", too(0.5, "1 or more"));
-    check(glass(1.5, 0.0), "attenuation_distance", too(0.0, "above 0"));
-    check(glass(1.5, f64::NAN), "attenuation_distance", Fault::NotFinite);
-    let lamp = |color, emission| Material::Emitter { color, emission, two_sided: false };
+    check(metal(bad(), white(), 0.0, 0.0, 0.0), "color", too(1.5, "0 to 1"));
+    check(metal(white(), bad(), 0.0, 0.0, 0.0), "edge_tint", too(1.5, "0 to 1"));
+    check(metal(white(), white(), -0.5, 0.0, 0.0), "roughness", too(-0.5, "0 to 1"));
+    check(metal(white(), white(), 0.0, 1.5, 0.0), "anisotropy", too(1.5, "0 to 1"));
+    check(metal(white(), white(), 0.0, 1.0, f64::NAN), "anisotropy_rotation", Fault::NotFinite);
+    check(glass(0.5.into(), 0.0.into()), "ior", too(0.5, "1 or more"));
+    check(glass(1.5.into(), 1.5.into()), "roughness", too(1.5, "0 to 1"));
+    let absorbing = |attenuation_distance_m| match glass(1.5.into(), 0.0.into()) {
+        Bsdf::Dielectric { ior, roughness, energy_compensation, attenuation_color, thin, priority, .. } => {
+            Bsdf::Dielectric {
+                ior,
+                roughness,
+                energy_compensation,
+                attenuation_color,
+                attenuation_distance_m,
+                thin,
+                priority,
+            }
+        }
+        other => other,
+    };
+    check(absorbing(0.0), "attenuation_distance", too(0.0, "above 0"));
+    check(absorbing(f64::NAN), "attenuation_distance", Fault::NotFinite);
+    let lamp = |color, emission| Bsdf::Emitter { color, emission, two_sided: false };
     check(lamp(white(), Emission::Power((-1.0).into())), "power", too(-1.0, "0 or more"));
     check(lamp(white(), Emission::Radiance((-1.0).into())), "radiance", too(-1.0, "0 or more"));
     check(lamp(Color::new(2.0, -1.0, 0.0).into(), Emission::Power(1.0.into())), "color", too(-1.0, "0 or more"));
+    let made_of_itself = Bsdf::Glossy { base: 0, ior: 1.5, roughness: 0.0.into(), metalness: 0.0.into() };
+    check(made_of_itself, "base", Fault::Dangling);
+    let opaque = |opacity: f64| Material { opacity: opacity.into(), bsdf: diffuse(white(), 0.0.into()) };
+    check_edit(|scene| scene.materials[0] = opaque(1.5), Place::Material(0), "opacity", too(1.5, "0 to 1"));
+}
+
+#[test]
+fn faults_of_what_is_made_of_materials() {
+    let check = |outer: Bsdf<Animated>, at: usize, property, fault| {
+        check_edit(
+            |scene| {
+                let dull = diffuse(Color::ONE.into(), if at == 0 { 2.0.into() } else { 0.0.into() });
+                scene.materials = vec![dull.into(), outer.into()];
+                scene.nodes[0].material = 1;
+            },
+            Place::Material(at),
+            property,
+            fault,
+        );
+    };
+    let coat = |base, ior, roughness: f64, metalness: f64| Bsdf::Glossy {
+        base,
+        ior,
+        roughness: roughness.into(),
+        metalness: metalness.into(),
+    };
+    let mix = |a, b, amount: f64| Bsdf::Mix { a, b, amount: amount.into() };
+    check(coat(0, 1.5, 0.0, 0.0), 0, "roughness", too(2.0, "0 to 1"));
+    check(mix(0, 0, 0.0), 0, "roughness", too(2.0, "0 to 1"));
+    check(coat(1, 1.5, 0.0, 0.0), 1, "base", Fault::Dangling);
+    check(coat(0, 0.5, 0.0, 0.0), 1, "ior", too(0.5, "1 or more"));
+    check(coat(0, 1.5, 2.0, 0.0), 1, "roughness", too(2.0, "0 to 1"));
+    check(coat(0, 1.5, 0.0, -1.0), 1, "metalness", too(-1.0, "0 to 1"));
+    check(mix(1, 0, 0.5), 1, "a", Fault::Dangling);
+    check(mix(0, 2, 0.5), 1, "b", Fault::Dangling);
+    check(mix(0, 0, 1.5), 1, "amount", too(1.5, "0 to 1"));
 }
 
 #[test]
@@ -347,11 +433,11 @@ fn errors_read_as_one_clause() {
         sample(&scene, scene.clock.shutter_at(time_s)).unwrap_err().to_string()
     };
     let rough = |scene: &mut Scene| {
-        scene.materials[0] = Material::Diffuse { color: Color::ONE.into(), roughness: time() };
+        scene.materials[0] = diffuse(Color::ONE.into(), time()).into();
     };
     assert_eq!(text(&rough, 1.5), "`roughness` of the material of `ball` is 1.5 and must be 0 to 1, at 1.5 s");
     let unworn = |scene: &mut Scene| {
-        scene.materials.push(Material::Diffuse { color: Color::ONE.into(), roughness: f64::NAN.into() });
+        scene.materials.push(diffuse(Color::ONE.into(), f64::NAN.into()).into());
     };
     assert_eq!(text(&unworn, 1.0 / 24.0), "`roughness` of material 1 is not a finite number, at 0.041667 s");
     let aimed = |scene: &mut Scene| scene.cameras[0] = camera(DVec3::ONE, DVec3::ONE);

@@ -161,7 +161,8 @@ fn properties_on_the_command_line() {
     check("render.samples", "0", "E0401", "`--set render.samples=0`: samples must be within 1..4294967295");
     check("nothing.samples", "0", "E0203", "`--set nothing.samples=0`: no node named `nothing` here");
     check("samples", "0", "E0414", "`--set samples=0`: write `node.property=value`, for example `render.samples=16`");
-    check("render.clamp", "1", "E1101", "`--set render.clamp=1`: not yet: `clamp` of `render`");
+    check("render.clamp", "0", "E0401", "`--set render.clamp=0`: clamp must be greater than 0");
+    check("render.view", "samples", "E1101", "`--set render.view=samples`: not yet: `view: samples` of `render`");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use kinora_lang::files::Memory;
 use kinora_lang::source::{FileId, Source};
 use kinora_lang::{Overrides, eval, parse};
-use kinora_scene::{Ease, Instruction, Material, Scene, Shape, Tape, Track};
+use kinora_scene::{Bsdf, Ease, Instruction, Scene, Shape, Tape, Track};
 
 fn scene(text: &str) -> Scene {
     let text = format!("lang 1\ncamera main {{ position: (0, 0, 4) }}\nsky {{ color: #fff }}\n{text}");
@@ -98,7 +98,7 @@ fn vectors_and_angles() {
 fn colours() {
     let near = |text: &str, expected: [f64; 3]| {
         let scene = scene(&format!("emitter lamp {{ color: {text} }}\nsphere {{ material: lamp }}"));
-        let Material::Emitter { color, .. } = &scene.materials[0] else { panic!("{text}") };
+        let Bsdf::Emitter { color, .. } = &scene.materials[0].bsdf else { panic!("{text}") };
         let found = color.constant().unwrap().as_dvec3();
         assert!((found - DVec3::from_array(expected)).length() < 1e-5, "{text}: {found}");
     };
@@ -250,7 +250,7 @@ if count(sizes) > 5 { sphere { } } else if true { plane { } }
     };
     assert_eq!((radius("copy"), radius("other")), (2.0, 2.0));
     assert_eq!(scene.nodes[index("copy")].material, scene.nodes[index("other")].material);
-    assert!(matches!(scene.materials[scene.nodes[index("copy")].material], Material::Metal { .. }));
+    assert!(matches!(scene.materials[scene.nodes[index("copy")].material].bsdf, Bsdf::Metal { .. }));
     assert_eq!(scene.nodes.iter().filter(|node| node.visible.constant() == Some(&false)).count(), 3);
     let sizes: Vec<DVec3> = scene
         .nodes

@@ -5,17 +5,21 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3, Vec3};
-use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
+use kinora_renderer::suite::{add, diffuse, emitter, glass, metal, quad, view, world};
 use kinora_renderer::{Choice, Renderer, open};
-use kinora_scene::{Color, Emission, Material, Mesh, Shape, Sky, Still, World};
+use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Shape, Sky, Still, World};
+
+fn matt(color: Color) -> Material<Still> {
+    Bsdf::Diffuse { color, roughness: 0.0, model: DiffuseModel::Eon }.into()
+}
 
 /// The classic Cornell box (Goral et al. 1984; the measured data of 1998), in units of 100 mm as everywhere else.
 fn cornell() -> World {
     let mut w = world([512, 512], 16, view(DVec3::new(2.78, 2.73, -8.0), DVec3::new(2.78, 2.73, 0.0), 0.686));
     w.render.max_bounces = 7;
-    let white = || Material::Diffuse { color: Color::new(0.725, 0.71, 0.68), roughness: 0.0 };
-    let red = Material::Diffuse { color: Color::new(0.63, 0.065, 0.05), roughness: 0.0 };
-    let green = Material::Diffuse { color: Color::new(0.14, 0.45, 0.091), roughness: 0.0 };
+    let white = || matt(Color::new(0.725, 0.71, 0.68));
+    let red = matt(Color::new(0.63, 0.065, 0.05));
+    let green = matt(Color::new(0.14, 0.45, 0.091));
     let (half, side) = (2.78, 5.56);
     let place = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
     add(&mut w, quad(DVec3::Y, side, side), place(half, 0.0, half), white());
@@ -28,7 +32,7 @@ fn cornell() -> World {
     add(&mut w, sized(1.65), block(1.86, 0.825, 1.69, -0.29), white());
     add(&mut w, sized(3.3), block(3.68, 1.65, 3.51, 0.31), white());
     let lamp =
-        Material::Emitter { color: Color::new(17.0, 12.0, 4.0), emission: Emission::Radiance(1.0), two_sided: false };
+        Bsdf::Emitter { color: Color::new(17.0, 12.0, 4.0), emission: Emission::Radiance(1.0), two_sided: false }.into();
     add(&mut w, quad(DVec3::NEG_Y, 1.3, 1.05), place(2.78, 5.487, 2.795), lamp);
     w
 }
@@ -65,12 +69,12 @@ fn million() -> World {
 /// Every material at once: the case with most branches.
 fn materials() -> World {
     let mut w = cornell();
-    let glass =
-        Material::Dielectric { ior: 1.5, attenuation_color: Color::new(0.9, 0.8, 0.6), attenuation_distance_m: 1.0 };
-    let metal = Material::Metal { color: Color::new(1.0, 0.8, 0.4), edge_tint: Color::ONE, roughness: 0.3 };
+    let ball_of_glass =
+        glass(1.5, Color::new(0.9, 0.8, 0.6), 1.0);
+    let ball_of_metal = metal(Color::new(1.0, 0.8, 0.4), 0.3);
     let ball = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
-    add(&mut w, Shape::Sphere { radius_m: 0.8 }, ball(1.8, 2.5, 1.7), glass);
-    add(&mut w, Shape::Sphere { radius_m: 0.6 }, ball(4.2, 0.6, 1.2), metal);
+    add(&mut w, Shape::Sphere { radius_m: 0.8 }, ball(1.8, 2.5, 1.7), ball_of_glass);
+    add(&mut w, Shape::Sphere { radius_m: 0.6 }, ball(4.2, 0.6, 1.2), ball_of_metal);
     add(&mut w, Shape::Sphere { radius_m: 0.5 }, ball(0.7, 0.5, 0.8), diffuse(0.8, 1.0));
     w
 }

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
-    Clock, Color, Emission, Filter, Frame, Instance, Look, Material, Mesh, Render, Shape, Sky, Still, Tonemap, View,
-    World,
+    Bsdf, Clock, Color, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh, Reflectance, Render,
+    Shape, Sky, Still, Tonemap, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
@@ -84,14 +84,40 @@ pub fn add(world: &mut World, shape: Shape<Still>, world_from_object: DAffine3, 
     world.instances.push(Instance { node, shape, world_from_object, material: world.materials.len() - 1 });
 }
 
+/// A metal without an edge tint.
+pub fn metal(color: Color, roughness: f64) -> Material<Still> {
+    Bsdf::Metal {
+        reflectance: Reflectance::Tint { color, edge_tint: Color::ONE },
+        roughness,
+        anisotropy: 0.0,
+        anisotropy_rotation: 0.0,
+        energy_compensation: true,
+    }
+    .into()
+}
+
+/// Smooth glass.
+pub fn glass(ior: f64, attenuation_color: Color, attenuation_distance_m: f64) -> Material<Still> {
+    Bsdf::Dielectric {
+        ior,
+        roughness: 0.0,
+        energy_compensation: true,
+        attenuation_color,
+        attenuation_distance_m,
+        thin: false,
+        priority: 0,
+    }
+    .into()
+}
+
 /// A diffuse material.
 pub fn diffuse(color: f32, roughness: f64) -> Material<Still> {
-    Material::Diffuse { color: Color::splat(color), roughness }
+    Bsdf::Diffuse { color: Color::splat(color), roughness, model: DiffuseModel::Eon }.into()
 }
 
 /// A white emitter that shines to its outer side.
 pub fn emitter(emission: Emission<Still>) -> Material<Still> {
-    Material::Emitter { color: Color::ONE, emission, two_sided: false }
+    Bsdf::Emitter { color: Color::ONE, emission, two_sided: false }.into()
 }
 
 /// A quad facing `normal`.
@@ -139,7 +165,7 @@ fn some_world() -> World {
         diffuse(0.5, 0.0),
     );
     add(&mut w, Shape::Sphere { radius_m: 0.2 }, at(1.0, 1.0, 0.5), emitter(Emission::Radiance(8.0)));
-    let metal = Material::Metal { color: Color::new(1.0, 0.8, 0.5), edge_tint: Color::ONE, roughness: 0.3 };
+    let metal = metal(Color::new(1.0, 0.8, 0.5), 0.3);
     add(&mut w, Shape::Box { size_m: DVec3::new(0.4, 0.6, 0.4) }, at(-1.0, -0.5, 0.5), metal);
     w
 }
@@ -203,14 +229,14 @@ fn furnace_diffuse(open: &Open) {
 fn furnace_glass(open: &Open) {
     for ior in [1.0, 1.05, 1.5, 2.4] {
         let clear =
-            || Material::Dielectric { ior, attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY };
+            || glass(ior, Color::ONE, f64::INFINITY);
         furnace(open, &format!("a glass sphere of ior {ior}"), Shape::Sphere { radius_m: 1.0 }, clear(), 0.003);
         furnace(open, &format!("a glass box of ior {ior}"), Shape::Box { size_m: DVec3::ONE }, clear(), 0.005);
     }
 }
 
 fn furnace_mirror(open: &Open) {
-    let mirror = Material::Metal { color: Color::ONE, edge_tint: Color::ONE, roughness: 0.0 };
+    let mirror = metal(Color::ONE, 0.0);
     furnace(open, "a mirror", Shape::Sphere { radius_m: 1.0 }, mirror, 1e-4);
 }
 
@@ -220,7 +246,7 @@ fn absorption(open: &Open) {
     w.sky = white_sky();
     w.render.max_bounces = 64;
     let glass =
-        Material::Dielectric { ior: 1.5, attenuation_color: Color::new(0.5, 0.25, 1.0), attenuation_distance_m: 1.0 };
+        glass(1.5, Color::new(0.5, 0.25, 1.0), 1.0);
     add(&mut w, Shape::Sphere { radius_m: 1.0 }, at(0.0, 0.0, 0.0), glass);
     let pixel = trace(open, &w)[0];
     for (channel, colour) in [(pixel.x, 0.5_f64), (pixel.y, 0.25), (pixel.z, 1.0)] {
@@ -285,7 +311,7 @@ fn lamp_shapes(open: &Open) {
 // All walls emit 1 and reflect nothing; a ball inside reflects half of it, whatever its shape.
 fn closed_room(open: &Open) {
     let mut w = world([16, 16], 64, view(DVec3::new(0.0, 0.0, 1.5), DVec3::ZERO, 0.5));
-    let lit = Material::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true };
+    let lit = Bsdf::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true }.into();
     add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit);
     add(&mut w, Shape::Sphere { radius_m: 0.9 }, DAffine3::IDENTITY, diffuse(0.5, 0.0));
     let ball: Vec<Vec3> = trace(open, &w)
@@ -310,7 +336,7 @@ fn bounces(open: &Open) {
     // In a furnace of rho 0.5 that emits by a lamp of the sky's kind: a glass box takes two bounces to look through.
     let mut w = world([4, 4], 64, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.01));
     w.sky = white_sky();
-    let air = Material::Dielectric { ior: 1.0, attenuation_color: Color::ONE, attenuation_distance_m: f64::INFINITY };
+    let air = glass(1.0, Color::ONE, f64::INFINITY);
     add(&mut w, Shape::Box { size_m: DVec3::ONE }, DAffine3::IDENTITY, air);
     for (max_bounces, expected) in [(0, 0.0), (1, 0.0), (2, 1.0)] {
         w.render.max_bounces = max_bounces;
@@ -322,7 +348,7 @@ fn bounces(open: &Open) {
 fn camera_axes(open: &Open) {
     let mut w = world([8, 4], 16, front());
     for (x, y, color) in [(1.5, 0.75, Color::X), (-1.5, 0.75, Color::Y), (1.5, -0.75, Color::Z)] {
-        let lamp = Material::Emitter { color, emission: Emission::Radiance(1.0), two_sided: false };
+        let lamp = Bsdf::Emitter { color, emission: Emission::Radiance(1.0), two_sided: false }.into();
         add(&mut w, quad(DVec3::Z, 3.0, 1.5), at(x, y, 0.0), lamp);
     }
     let pixels = trace(open, &w);

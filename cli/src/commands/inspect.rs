@@ -1,6 +1,6 @@
 //! `kinora inspect`: what became of a scene's text.
 
-use kinora_scene::{Emission, Material, Scene, Shape};
+use kinora_scene::{Animated, Bsdf, Emission, Material, Scene, Shape};
 
 use crate::exit::{self, Outcome};
 use crate::flags::SceneFlags;
@@ -50,7 +50,8 @@ fn overview(scene: &Scene) -> String {
             _ => 0,
         })
         .sum();
-    let lamps = shapes().filter(|(node, _)| scene.materials.get(node.material).is_some_and(shines)).count();
+    let shining = shining(&scene.materials);
+    let lamps = shapes().filter(|(node, _)| shining.get(node.material) == Some(&true)).count();
     let sky = if scene.sky.is_some() { ", a sky" } else { "" };
     let frames = scene.clock.frame_count();
     let rows = [
@@ -97,20 +98,27 @@ fn kind<R: kinora_scene::Rate>(shape: &Shape<R>) -> &'static str {
 }
 
 fn surface<R: kinora_scene::Rate>(material: &Material<R>) -> &'static str {
-    match material {
-        Material::Diffuse { .. } => "diffuse",
-        Material::Metal { .. } => "metal",
-        Material::Dielectric { .. } => "dielectric",
-        Material::Emitter { .. } => "emitter",
+    match material.bsdf {
+        Bsdf::Diffuse { .. } => "diffuse",
+        Bsdf::Metal { .. } => "metal",
+        Bsdf::Dielectric { .. } => "dielectric",
+        Bsdf::Glossy { .. } => "glossy",
+        Bsdf::Mix { .. } => "mix",
+        Bsdf::Emitter { .. } => "emitter",
     }
 }
 
-// Whether it can give light at some time.
-fn shines(material: &Material<kinora_scene::Animated>) -> bool {
-    match material {
-        Material::Emitter { emission: Emission::Radiance(amount) | Emission::Power(amount), .. } => {
-            amount.constant() != Some(&0.0)
-        }
-        _ => false,
+// Whether each can give light at some time; what a mix is made of stands before it.
+fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
+    let mut shining: Vec<bool> = Vec::new();
+    for material in materials {
+        shining.push(match &material.bsdf {
+            Bsdf::Emitter { emission: Emission::Radiance(amount) | Emission::Power(amount), .. } => {
+                amount.constant() != Some(&0.0)
+            }
+            Bsdf::Mix { a, b, .. } => [a, b].into_iter().any(|part| shining.get(*part) == Some(&true)),
+            _ => false,
+        });
     }
+    shining
 }

@@ -1,6 +1,6 @@
 //! What the viewer wants to know of a scene, and of two versions of it.
 
-use kinora_scene::{Aim, Animated, Camera, Emission, Material, Scene, Shape, Track};
+use kinora_scene::{Aim, Animated, Bsdf, Camera, Emission, Material, Reflectance, Scene, Shape, Track};
 
 /// Whether the picture is taken as before: by a camera of the same name, place and aim. Where nodes come and go their
 /// indices change, so the nodes that the cameras refer to are compared by name.
@@ -50,17 +50,26 @@ fn camera_moves(camera: &Camera<Animated>) -> bool {
 }
 
 fn material_moves(material: &Material<Animated>) -> bool {
-    match material {
-        Material::Diffuse { color, roughness } => runs(color) || runs(roughness),
-        Material::Metal { color, edge_tint, roughness } => runs(color) || runs(edge_tint) || runs(roughness),
-        Material::Dielectric { ior, .. } => runs(ior),
-        Material::Emitter { color, emission, .. } => {
+    let bsdf = match &material.bsdf {
+        Bsdf::Diffuse { color, roughness, .. } => runs(color) || runs(roughness),
+        Bsdf::Metal { reflectance, roughness, .. } => {
+            runs(roughness)
+                || match reflectance {
+                    Reflectance::Tint { color, edge_tint } => runs(color) || runs(edge_tint),
+                    Reflectance::Spectrum(_) => false,
+                }
+        }
+        Bsdf::Dielectric { ior, roughness, .. } => runs(ior) || runs(roughness),
+        Bsdf::Glossy { roughness, metalness, .. } => runs(roughness) || runs(metalness),
+        Bsdf::Mix { amount, .. } => runs(amount),
+        Bsdf::Emitter { color, emission, .. } => {
             runs(color)
                 || match emission {
                     Emission::Radiance(value) | Emission::Power(value) => runs(value),
                 }
         }
-    }
+    };
+    bsdf || runs(&material.opacity)
 }
 
 #[cfg(test)]
@@ -139,9 +148,8 @@ mod tests {
         check(true, |scene| scene.cameras[0].focus_m = Some(keys(1.0)));
         check(true, |scene| scene.cameras[0].aim = Aim::Node { target: 0, up: keys(DVec3::Y) });
         check(true, |scene| scene.look.exposure = keys(1.0));
-        check(true, |scene| {
-            scene.materials[0] = Material::Diffuse { color: glam::Vec3::ONE.into(), roughness: keys(0.5) };
-        });
+        check(true, |scene| scene.materials[0].opacity = keys(0.5));
+        check(true, |scene| scene.materials.push(Bsdf::Mix { a: 0, b: 0, amount: keys(0.5) }.into()));
         check(true, |scene| {
             let sky = kinora_scene::Sky { color: keys(glam::Vec3::ONE), strength: 1.0.into(), visible: true };
             scene.sky = Some(sky);

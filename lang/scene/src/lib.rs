@@ -10,6 +10,7 @@
 mod mesh;
 mod rate;
 mod scene;
+mod spectrum;
 mod tape;
 mod track;
 mod world;
@@ -17,6 +18,7 @@ mod world;
 pub use mesh::{Mesh, MeshError};
 pub use rate::{Animated, Rate, Still};
 pub use scene::*;
+pub use spectrum::Spectrum;
 pub use tape::{Binary, Instruction, Orient, Register, Tape, Unary};
 pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Space, Track, Value};
 pub use world::*;

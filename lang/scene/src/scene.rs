@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Animated, Color, Mesh, Rate, Track};
+use crate::{Animated, Color, Mesh, Rate, Spectrum, Track};
 
 /// A whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,6 +47,14 @@ pub struct Render {
     pub sampler: Sampler,
     /// Another seed, another noise.
     pub seed: u32,
+    /// How direct light is found.
+    pub mis: Mis,
+    /// The most that throughput · MIS weight may be where light is added, above 0; none leaves it unbiased.
+    pub clamp: Option<f64>,
+    /// What is where no shape is.
+    pub background: Background,
+    /// What the picture shows.
+    pub view: Shown,
 }
 
 impl Default for Render {
@@ -60,6 +68,10 @@ impl Default for Render {
             filter_width: 1.5,
             sampler: Sampler::Sobol,
             seed: 0,
+            mis: Mis::Nee,
+            clamp: None,
+            background: Background::Sky,
+            view: Shown::Beauty,
         }
     }
 }
@@ -82,6 +94,50 @@ pub enum Sampler {
     Sobol,
     /// PCG hashes, independent.
     Random,
+}
+
+/// How direct light is found. All have the same mean; what one technique cannot find is left to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mis {
+    /// A light sample and a BSDF sample at every point, weighed by the power heuristic.
+    Nee,
+    /// One of the two, the light with this chance (0..=1), weighed by the balance heuristic.
+    OneSample(f64),
+}
+
+impl Mis {
+    /// BSDF samples alone.
+    pub const BSDF: Mis = Mis::OneSample(0.0);
+    /// Light samples alone.
+    pub const LIGHT: Mis = Mis::OneSample(1.0);
+}
+
+/// What is where no shape is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Background {
+    /// The sky.
+    Sky,
+    /// Nothing: alpha is 0 where only the sky is seen.
+    Transparent,
+}
+
+/// What the picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Shown {
+    /// The light.
+    Beauty,
+    /// The colour of the first surface.
+    Albedo,
+    /// Its shading normal.
+    Normal,
+    /// The distance to it along the camera's axis.
+    Depth,
+    /// Which shape it is.
+    Id,
+    /// The rays that a pixel took.
+    Cost,
+    /// The boxes of the tree.
+    Bvh,
 }
 
 /// What turns linear light into display values. EXR files do not see it.
@@ -291,31 +347,75 @@ impl Frame {
 /// What a surface does with light; vocabulary.md, Materials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub enum Material<R: Rate> {
-    /// Energy-preserving Oren–Nayar (EON).
+pub struct Material<R: Rate> {
+    /// The share of rays that meet the surface, 0..=1; the others pass as if it were not there.
+    pub opacity: R::Of<f64>,
+    /// What happens to those that do.
+    pub bsdf: Bsdf<R>,
+}
+
+/// The kinds of material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Bsdf<R: Rate> {
+    /// A matt surface.
     Diffuse {
         /// Reflectance, 0..=1 a channel.
         color: R::Of<Color>,
         /// 0 (Lambert) ..= 1.
         roughness: R::Of<f64>,
+        /// What becomes of it where it is rough.
+        model: DiffuseModel,
     },
-    /// A GGX conductor with F82-tint Fresnel.
+    /// A GGX conductor.
     Metal {
-        /// Reflectance at normal incidence, 0..=1 a channel.
-        color: R::Of<Color>,
-        /// Tint at 82°, 0..=1 a channel.
-        edge_tint: R::Of<Color>,
+        /// How much it reflects at which angle.
+        reflectance: Reflectance<R>,
         /// Perceptual, 0..=1; α = roughness².
         roughness: R::Of<f64>,
+        /// 0 (round) ..= 1, stretched along the tangent.
+        anisotropy: f64,
+        /// Radians from the tangent, counter-clockwise.
+        anisotropy_rotation: f64,
+        /// Whether light scattered more than once in the microsurface is added (Kulla–Conty).
+        energy_compensation: bool,
     },
-    /// Smooth glass.
+    /// Glass, water, and the like.
     Dielectric {
         /// Refractive index of the inside, 1 or more.
         ior: R::Of<f64>,
+        /// Perceptual, 0 (smooth) ..= 1; α = roughness².
+        roughness: R::Of<f64>,
+        /// Whether light scattered more than once in the microsurface is added.
+        energy_compensation: bool,
         /// The colour of white light after `attenuation_distance_m`, 0..=1 a channel.
         attenuation_color: Color,
         /// Metres; infinite for clear glass.
         attenuation_distance_m: f64,
+        /// A sheet without thickness: light goes straight through.
+        thin: bool,
+        /// Where media overlap the higher wins; of equals, the one entered last.
+        priority: i32,
+    },
+    /// A dielectric coat over another material.
+    Glossy {
+        /// Index of the material beneath, smaller than its own.
+        base: usize,
+        /// Refractive index of the coat, 1 or more.
+        ior: f64,
+        /// Of the coat, perceptual, 0..=1.
+        roughness: R::Of<f64>,
+        /// 0..=1: mixes in a metal of the base's colour and the coat's roughness.
+        metalness: R::Of<f64>,
+    },
+    /// Two materials at once.
+    Mix {
+        /// Index of the first, smaller than its own.
+        a: usize,
+        /// Index of the second, smaller than its own.
+        b: usize,
+        /// The share of the second, 0..=1.
+        amount: R::Of<f64>,
     },
     /// Light.
     Emitter {
@@ -328,11 +428,48 @@ pub enum Material<R: Rate> {
     },
 }
 
+impl<R: Rate> From<Bsdf<R>> for Material<R>
+where
+    R::Of<f64>: From<f64>,
+{
+    /// An opaque material.
+    fn from(bsdf: Bsdf<R>) -> Self {
+        Material { opacity: 1.0.into(), bsdf }
+    }
+}
+
 impl Material<Animated> {
     /// `diffuse {}`: what a shape without a material has.
     pub fn default_diffuse() -> Self {
-        Material::Diffuse { color: Color::splat(0.8).into(), roughness: 0.0.into() }
+        let (color, roughness) = (Color::splat(0.8).into(), 0.0.into());
+        Bsdf::Diffuse { color, roughness, model: DiffuseModel::Eon }.into()
     }
+}
+
+/// Models of rough diffuse surfaces; light-transport.md §1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum DiffuseModel {
+    /// Energy-preserving Oren–Nayar (Portsmouth, Kutz and Hill 2025).
+    Eon,
+    /// Fujii's variant.
+    Fon,
+    /// The qualitative model, with σ = roughness · 90°.
+    Qon,
+}
+
+/// How much a metal reflects at which angle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Reflectance<R: Rate> {
+    /// F82-tint (Kutz et al. 2021).
+    Tint {
+        /// At normal incidence, 0..=1 a channel.
+        color: R::Of<Color>,
+        /// Tint at 82°, 0..=1 a channel.
+        edge_tint: R::Of<Color>,
+    },
+    /// As measured.
+    Spectrum(Spectrum),
 }
 
 /// How much light an emitter gives.

@@ -262,11 +262,6 @@ pub(super) fn count(call: &mut Call<'_>) -> Value {
 
 pub(super) fn mix(call: &mut Call<'_>) -> Value {
     let (a, b) = (try_arg!(call.value(0)), try_arg!(call.value(1)));
-    if matches!((&a, &b), (Value::Node(_), Value::Node(_))) {
-        let span = call.span;
-        call.problems.push(crate::eval::machine::not_yet("`mix` of materials", call.file, span));
-        return Value::Error;
-    }
     let t = try_arg!(call.plain(2));
     match blend(call.graph, &a, &b, t) {
         Some(value) => value,

@@ -60,7 +60,12 @@ pub static BUILTINS: &[Builtin] = &[
     any("max", &[], math::max, "the greatest of its arguments, or of a list"),
     any("sum", &[], math::sum, "the sum of its arguments, or of a list"),
     of("count", &[param("list")], math::count, "how many items a list has"),
-    of("mix", &[param("a"), param("b"), param("amount")], math::mix, "a (1 - amount) + b amount"),
+    of(
+        "mix",
+        &[param("a"), param("b"), param("amount")],
+        math::mix,
+        "a (1 - amount) + b amount, of numbers, vectors, colours or materials",
+    ),
     of("step", &[param("edge"), param("x")], math::step, "0 below the edge, else 1"),
     of("smoothstep", &[param("low"), param("high"), param("x")], math::smoothstep, "0 to 1, smooth at both ends"),
     of("clamp", &[param("x"), param("low"), param("high")], math::clamp, "x, but not below low or above high"),

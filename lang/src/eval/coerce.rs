@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use kinora_scene::Ease;
+use kinora_scene::{Ease, Spectrum};
 
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::dimension::{Dimension, short, show};
@@ -11,7 +11,7 @@ use crate::eval::graph::Scalar;
 use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
 use crate::source::{FileId, Span};
-use crate::suggest::{any_of, suggest};
+use crate::suggest::{all_of, any_of, suggest};
 use crate::syntax::ast::{Expr, ExprKind};
 use crate::value::{KeyItem, NodeId, Number, Value};
 
@@ -102,7 +102,7 @@ impl<'a> Machine<'a> {
                 .primary(self.file(), site.name, "the same at all times")
                 .label(self.file(), site.expr.span, "changes over time");
             if !movable.is_empty() {
-                let list = crate::suggest::all_of(movable.iter().copied());
+                let list = all_of(movable.iter().copied());
                 diagnostic = diagnostic.help(format!("of `{}`, these can: {list}", site.kind.name));
             }
             self.report(diagnostic);
@@ -410,7 +410,7 @@ impl<'a> Machine<'a> {
     /// The node, if it can be used so.
     fn node_of(&mut self, id: NodeId, span: Span, wanted: &str, fits: impl Fn(Sort) -> bool) -> Option<Data> {
         let slot = self.nodes.get(id.0 as usize)?;
-        let ast = slot.ast;
+        let (ast, place) = (slot.ast, slot.place());
         let sort = match self.kind_of(id) {
             NodeKind::Schema(kind) => kind.sort,
             NodeKind::Prefab(_) => Sort::Group,
@@ -429,11 +429,7 @@ impl<'a> Machine<'a> {
         };
         let diagnostic = Diagnostic::new("E0204", format!("{name} is {is}, expected {wanted}"))
             .primary(self.file(), span, format!("expected {wanted}"))
-            .label(
-                self.file(),
-                ast.name.as_ref().map_or(ast.kind.span, |name| name.span),
-                format!("{is}, declared here"),
-            );
+            .label(self.file(), place, format!("{is}, declared here"));
         self.report(diagnostic);
         None
     }
@@ -480,7 +476,11 @@ impl<'a> Machine<'a> {
 
     /// Whether every known number is finite and in its range.
     fn check(&mut self, data: &Data, site: &Site<'a>, span: Span) -> bool {
-        let Data::Parts(parts) = data else { return true };
+        let parts = match data {
+            Data::Parts(parts) => parts,
+            Data::Text(text) if site.property.check == Check::Spectrum => return self.spectrum(text, span),
+            _ => return true,
+        };
         for (i, part) in parts.iter().enumerate() {
             let Some(value) = part.constant() else { continue };
             if !value.is_finite() {
@@ -532,6 +532,28 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// Whether there are measurements of the metal; E0203.
+    fn spectrum(&mut self, symbol: &str, span: Span) -> bool {
+        if Spectrum::find(symbol).is_some() {
+            return true;
+        }
+        let known = || Spectrum::ALL.iter().map(|metal| metal.symbol());
+        let file = self.file();
+        let diagnostic = Diagnostic::new("E0203", format!("no measured metal `{}`", short_text(symbol)))
+            .primary(file, span, "not known by this symbol")
+            .help(format!("there are {}", all_of(known())));
+        let diagnostic = match (suggest(symbol, known()).first(), self.text(span).starts_with('"')) {
+            (Some(near), true) => {
+                let text = format!("\"{near}\"");
+                diagnostic.fix(Applicability::Safe, format!("write `{text}`"), file, span, text)
+            }
+            (Some(near), false) => diagnostic.help(format!("did you mean `\"{near}\"`?")),
+            (None, _) => diagnostic,
+        };
+        self.report(diagnostic);
+        false
+    }
+
     /// What is out of range: code, message, component and help.
     fn range(&self, parts: &[Scalar], site: &Site<'a>) -> Option<(&'static str, String, usize, String)> {
         let name = site.property.name;
@@ -539,7 +561,7 @@ impl<'a> Machine<'a> {
         let all_zero = || parts.iter().all(|part| *part == Scalar::Const(0.0));
         let row = |code, message: String, index, help: &str| Some((code, message, index, help.to_string()));
         match site.property.check {
-            Check::Any => None,
+            Check::Any | Check::Spectrum => None,
             Check::Above0 => {
                 let index = find(&|v| v <= 0.0)?;
                 row("E0401", format!("{name} must be greater than 0"), index, "")
@@ -579,7 +601,8 @@ impl<'a> Machine<'a> {
             }
             Check::Ior => {
                 let index = find(&|v| v < 1.0)?;
-                let help = "to model an inner air bubble use `ior: 1` inside";
+                let bubble = "to model an inner air bubble use `ior: 1` inside";
+                let help = if site.kind.name == "dielectric" { bubble } else { "" };
                 row("E0406", format!("{name} must be at least 1"), index, help)
             }
             Check::Fov => {

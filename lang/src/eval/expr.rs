@@ -12,7 +12,7 @@ use crate::eval::graph::Scalar;
 use crate::eval::limits;
 use crate::eval::machine::Machine;
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
-use crate::schema::Choice;
+use crate::schema::{self, Choice};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp, Expr, ExprKind, UnaryOp};
 use crate::value::{Number, Value};
@@ -305,6 +305,7 @@ impl<'a> Machine<'a> {
         }
         let diagnostic = match what {
             "the number of nodes" => diagnostic.help("animate `visible` instead"),
+            "the choice of a material" => diagnostic.help("animate how much there is of each: `mix(a, b, amount: ..)`"),
             _ => diagnostic,
         };
         self.report(diagnostic);
@@ -514,6 +515,7 @@ impl<'a> Machine<'a> {
         }
         let Some(function) = builtin::find(&name.text) else { return Value::Error };
         let mut given: Vec<(Option<Value>, Span)> = vec![(None, span); function.params.len()];
+        let mut written: Vec<Option<&'a Expr>> = vec![None; function.params.len()];
         let mut more = Vec::new();
         for (i, arg) in args.iter().enumerate() {
             let value = self.plain(&arg.value, env);
@@ -525,10 +527,17 @@ impl<'a> Machine<'a> {
                 None if i < function.params.len() && !(function.rest && i >= function.fixed()) => Some(i),
                 None => None,
             };
-            match at.and_then(|at| given.get_mut(at)) {
-                Some(slot) => *slot = (Some(value), arg.value.span),
+            match at.and_then(|at| Some((given.get_mut(at)?, written.get_mut(at)?))) {
+                Some((slot, expr)) => (*slot, *expr) = ((Some(value), arg.value.span), Some(&arg.value)),
                 None => more.push((value, arg.value.span)),
             }
+        }
+        if function.name == schema::MIX.name
+            && let [(Some(a), _), (Some(b), _), (Some(amount), _)] = given.as_slice()
+            && let [Some(at_a), Some(at_b), Some(at_amount)] = *written
+            && (matches!(a, Value::Node(_)) || matches!(b, Value::Node(_)))
+        {
+            return self.mix([(a.clone(), at_a), (b.clone(), at_b), (amount.clone(), at_amount)], span, env);
         }
         if function.later {
             return self.later(&format!("`{}`", name.text), span);

@@ -76,9 +76,26 @@ impl<'a> Machine<'a> {
             return None;
         }
         let id = NodeId(self.nodes.len() as u32);
-        let slot = NodeSlot { ast: node, scope: env.clone(), trace: self.trace.clone(), state: NodeState::Waiting };
-        self.nodes.push(slot);
+        let (scope, trace) = (env.clone(), self.trace.clone());
+        self.nodes.push(NodeSlot { ast: node, mixed: None, scope, trace, state: NodeState::Waiting });
         Some(id)
+    }
+
+    /// The material that `mix(a, b, amount: ..)` makes; each argument with its value.
+    pub fn mix(&mut self, given: [(Value, &'a Expr); 3], span: Span, env: &Env<'a>) -> Value {
+        let kind = &schema::MIX;
+        let mut properties = Vec::with_capacity(given.len());
+        for (property, (value, expr)) in kind.all().zip(given) {
+            let site = Site { property, kind, name: expr.span, expr };
+            let Some(data) = self.fit(&value, &site) else { return Value::Error };
+            properties.push(Set { property, data: Some(data), value, name: expr.span, expr });
+        }
+        let Some(id) = self.slot(self.mix, env) else { return Value::Error };
+        let node = NodeValue { kind: NodeKind::Schema(kind), properties, ..NodeValue::default() };
+        if let Some(slot) = self.nodes.get_mut(id.0 as usize) {
+            (slot.mixed, slot.state) = (Some(span), NodeState::Done(Rc::new(node)));
+        }
+        Value::Node(id)
     }
 
     /// Runs a block's items in a scope of their own.
@@ -288,6 +305,9 @@ impl<'a> Machine<'a> {
     /// What a node is, by its kind's name.
     pub fn kind_of(&self, id: NodeId) -> NodeKind<'a> {
         let Some(slot) = self.nodes.get(id.0 as usize) else { return NodeKind::Unknown };
+        if slot.mixed.is_some() {
+            return NodeKind::Schema(&schema::MIX);
+        }
         let [name] = slot.ast.kind.segments.as_slice() else { return NodeKind::Unknown };
         match slot.scope.find(&name.text, |binding| matches!(binding, Binding::Prefab(_) | Binding::Opaque)) {
             Some((_, Binding::Prefab(decl))) => NodeKind::Prefab(decl),
@@ -310,8 +330,7 @@ impl<'a> Machine<'a> {
     /// The node's value; `None` while it is being evaluated, which is a cycle and reported.
     pub fn force(&mut self, id: NodeId) -> Option<Rc<NodeValue<'a>>> {
         let slot = self.nodes.get_mut(id.0 as usize)?;
-        let ast = slot.ast;
-        let span = ast.name.as_ref().map_or(ast.kind.span, |name| name.span);
+        let (ast, span) = (slot.ast, slot.place());
         let name = ast.name.as_ref().map_or_else(|| kind_text(ast), |name| name.text.to_string());
         match &slot.state {
             NodeState::Done(value) => Some(value.clone()),
@@ -378,11 +397,12 @@ impl<'a> Machine<'a> {
             return Some(value);
         }
         if !matches!(value.kind, NodeKind::Unknown) {
-            let other = self.nodes.get(id.0 as usize)?.ast;
-            let message = format!("`{}` is a `{}`, expected a `{kind}`", self.text(like.span), kind_text(other));
+            let other = self.nodes.get(id.0 as usize)?;
+            let place = other.mixed.unwrap_or(other.ast.kind.span);
+            let message = format!("`{}` is a `{}`, expected a `{kind}`", self.text(like.span), kind_text(other.ast));
             let diagnostic = Diagnostic::new("E0204", message)
                 .primary(self.file(), like.span, format!("only a `{kind}` can be copied here"))
-                .label(self.file(), other.kind.span, "declared here");
+                .label(self.file(), place, "declared here");
             self.report(diagnostic);
         }
         None

@@ -20,6 +20,8 @@ pub const NESTING: u32 = 64;
 pub const OPERATIONS: usize = 4_000_000;
 /// Groups inside one another.
 pub const GROUPS: u32 = 4096;
+/// Materials inside one another: coats and mixes.
+pub const LAYERS: usize = 32;
 /// Bytes of a text.
 pub const TEXT: usize = 64 << 10;
 /// Keys of a curve.

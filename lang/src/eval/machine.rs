@@ -36,6 +36,8 @@ pub struct Machine<'a> {
     pub not_finite: Option<Span>,
     /// The file's `render` block.
     pub render: Option<&'a ast::Node>,
+    /// An empty node that stands for mixes of materials, which are written as calls.
+    pub mix: &'a ast::Node,
     /// Frames a second, once asked for.
     pub fps: Option<Option<f64>>,
     /// The scene's length in seconds and where it says so, once asked for.
@@ -50,14 +52,23 @@ pub struct Machine<'a> {
 
 /// A node: what is written, and what became of it.
 pub struct NodeSlot<'a> {
-    /// What is written.
+    /// What is written; of a mix of materials an empty stand-in.
     pub ast: &'a ast::Node,
+    /// The call that made it, if it is a mix of materials.
+    pub mixed: Option<Span>,
     /// Where.
     pub scope: Rc<Scope<'a>>,
     /// In which call.
     pub trace: Option<Rc<Trace>>,
     /// How far it is.
     pub state: NodeState<'a>,
+}
+
+impl NodeSlot<'_> {
+    /// The place that stands for the node in a message: its name, its kind, or the call that made it.
+    pub fn place(&self) -> Span {
+        self.mixed.unwrap_or(self.ast.name.as_ref().map_or(self.ast.kind.span, |name| name.span))
+    }
 }
 
 /// How far a node is evaluated.
@@ -136,7 +147,7 @@ impl Trace {
 
 impl<'a> Machine<'a> {
     /// An evaluator that has seen nothing.
-    pub fn new(source: &'a Source) -> Machine<'a> {
+    pub fn new(source: &'a Source, mix: &'a ast::Node) -> Machine<'a> {
         Machine {
             source,
             graph: Graph::default(),
@@ -149,6 +160,7 @@ impl<'a> Machine<'a> {
             endless: HashSet::new(),
             not_finite: None,
             render: None,
+            mix,
             fps: None,
             end: None,
             stopped: false,

@@ -28,6 +28,7 @@ use crate::assets;
 use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Dependency, Files};
 use crate::lower::{Lowered, lower};
+use crate::schema;
 use crate::source::{Source, Span};
 use crate::syntax::{Tree, ast};
 use machine::Machine;
@@ -106,19 +107,24 @@ fn internal(what: &str) -> Diagnostic {
 
 type Done = (Option<Lowered>, Vec<Diagnostic>, Vec<Param>, Vec<(String, Span)>);
 
-/// An empty `render` block and a missing value, for what only the command line says.
+/// What is nowhere written: an empty `render` block and a missing value, for what only the command line says, and what
+/// stands for mixes of materials.
 struct Nothing {
     render: ast::Node,
+    mix: ast::Node,
     value: ast::Expr,
 }
 
 impl Nothing {
     fn new() -> Nothing {
         let span = Span::at(0);
-        let name = ast::Name { text: "render".into(), span, quoted: false };
-        let kind = ast::Path { segments: vec![name], span };
-        let render = ast::Node { docs: None, kind, name: None, like: None, body: None, span };
-        Nothing { render, value: ast::Expr { kind: ast::ExprKind::Missing, span } }
+        let node = |kind: &str| {
+            let name = ast::Name { text: kind.into(), span, quoted: false };
+            let kind = ast::Path { segments: vec![name], span };
+            ast::Node { docs: None, kind, name: None, like: None, body: None, span }
+        };
+        let value = ast::Expr { kind: ast::ExprKind::Missing, span };
+        Nothing { render: node("render"), mix: node(schema::MIX.name), value }
     }
 }
 
@@ -130,7 +136,7 @@ fn evaluate<'a>(
     nothing: &'a Nothing,
 ) -> Done {
     let whole = !errors.iter().any(Diagnostic::is_error);
-    let mut machine = Machine::new(source);
+    let mut machine = Machine::new(source, &nothing.mix);
     let resolved = resolve::resolve(file, source);
     let known = !resolved.iter().any(Diagnostic::is_error);
     machine.render = file.items.iter().find_map(|item| match item {

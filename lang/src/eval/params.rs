@@ -176,7 +176,8 @@ fn outside_value(text: &str) -> Result<(Value, Option<String>), String> {
         },
         _ => None,
     };
-    let mut machine = Machine::new(&source);
+    let nothing = super::Nothing::new();
+    let mut machine = Machine::new(&source, &nothing.mix);
     let scope = Rc::new(Scope::default());
     let value = machine.plain(&expr, &scope);
     if let Some(error) = machine.diagnostics.iter().find(|error| error.is_error()) {

@@ -101,10 +101,12 @@ struct Wanted {
     what: &'static str,
     sort: Option<Sort>,
     words: &'static [Choice],
+    /// Whether it is a text, where a bare name has most likely lost its quotes.
+    text: bool,
     property: &'static str,
 }
 
-const VALUE: Wanted = Wanted { what: "value", sort: None, words: &[], property: "" };
+const VALUE: Wanted = Wanted { what: "value", sort: None, words: &[], text: false, property: "" };
 
 impl Wanted {
     fn by(property: &'static schema::Property) -> Wanted {
@@ -115,10 +117,11 @@ impl Wanted {
                     Sort::Material => "material",
                     _ => "node",
                 };
-                Wanted { what, sort: Some(sort), words: &[], property: property.name }
+                Wanted { what, sort: Some(sort), property: property.name, ..VALUE }
             }
             Type::Placed => Wanted { what: "node", property: property.name, ..VALUE },
             Type::Choice(words) => Wanted { words, property: property.name, ..VALUE },
+            Type::Text => Wanted { text: true, property: property.name, ..VALUE },
             _ => VALUE,
         }
     }
@@ -717,6 +720,9 @@ impl<'a> Resolver<'a> {
             Some(near) => {
                 diagnostic.fix(Applicability::Safe, format!("did you mean `{near}`?"), file, name.span, *near)
             }
+            None if &*name.text == schema::MIX.name => {
+                diagnostic.help("two materials are mixed by a call: `mix(a, b, amount: 0.5)`")
+            }
             None => {
                 let of = |sort: Sort| {
                     let names: Vec<&str> =
@@ -820,7 +826,7 @@ impl<'a> Resolver<'a> {
                 self.value(first, VALUE);
                 rest.iter().for_each(|step| self.value(&step.value, VALUE));
             }
-            ExprKind::Call { callee, args } => self.call(callee, args, expr.span),
+            ExprKind::Call { callee, args } => self.call(callee, args, expr.span, wanted),
             ExprKind::Field { base, .. } => self.value(base, VALUE),
             ExprKind::Index { base, index } => {
                 self.value(base, VALUE);
@@ -944,6 +950,9 @@ impl<'a> Resolver<'a> {
             if let Some(span) = span {
                 diagnostic = diagnostic.label(file, span, format!("`{near}` is declared here"));
             }
+        } else if wanted.text {
+            let text = format!("\"{}\"", name.text);
+            diagnostic = diagnostic.fix(Applicability::Maybe, format!("write `{text}`"), file, name.span, text);
         } else if wanted.sort == Some(Sort::Material)
             && schema::kind(&name.text).is_some_and(|kind| kind.sort == Sort::Material)
         {
@@ -952,9 +961,11 @@ impl<'a> Resolver<'a> {
         self.report(diagnostic);
     }
 
-    fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span) {
-        for arg in args {
-            self.value(&arg.value, VALUE);
+    fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span, wanted: Wanted) {
+        let mixes = wanted.sort == Some(Sort::Material) && self.source.slice(callee.span) == schema::MIX.name;
+        for (i, arg) in args.iter().enumerate() {
+            let name = arg.name.as_ref().map_or(["a", "b"].get(i).copied().unwrap_or(""), |name| &*name.text);
+            self.value(&arg.value, if mixes && matches!(name, "a" | "b") { wanted } else { VALUE });
         }
         let file = self.file();
         let path = match &callee.kind {

@@ -1,12 +1,16 @@
-//! Materials, each once.
+//! Materials, each once, what they are made of before themselves.
 
 use std::rc::Rc;
 
-use kinora_scene::{Animated, Color, Emission, Material};
+use kinora_scene::{Animated, Bsdf, Color, DiffuseModel, Emission, Material, Reflectance, Spectrum, Track};
 
 use super::{Lower, read};
 use crate::diagnostic::Diagnostic;
+use crate::eval::coerce::Data;
+use crate::eval::limits;
 use crate::eval::machine::{NodeKind, NodeValue};
+use crate::schema::Sort;
+use crate::source::Span;
 use crate::value::NodeId;
 
 impl<'a> Lower<'_, 'a> {
@@ -16,56 +20,242 @@ impl<'a> Lower<'_, 'a> {
             return *index;
         }
         let material = match id.and_then(|id| Some((id, self.machine.done(id)?))) {
-            Some((id, node)) => self.read_material(id, &node),
+            Some((id, node)) => {
+                self.open_materials.push(id);
+                let material = self.read_material(id, &node);
+                self.open_materials.pop();
+                material
+            }
             None => Material::default_diffuse(),
         };
-        let index = self.materials.len();
-        self.materials.push(material);
+        let power = match &material.bsdf {
+            Bsdf::Emitter { emission: Emission::Power(_), .. } => {
+                id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name))
+            }
+            Bsdf::Mix { a, b, .. } => [a, b].into_iter().find_map(|part| self.powers.get(*part).copied().flatten()),
+            _ => None,
+        };
+        let index = self.push_material(material, power);
         self.known_materials.insert(id, index);
         index
     }
 
+    fn push_material(&mut self, material: Material<Animated>, power: Option<Span>) -> usize {
+        self.materials.push(material);
+        self.powers.push(power);
+        self.materials.len() - 1
+    }
+
+    /// The index of a material that `outer` is made of.
+    fn inner_material(&mut self, outer: NodeId, node: &Rc<NodeValue<'a>>, name: &str) -> usize {
+        let Some(inner) = read::node(read::data(node, name)) else { return self.material(None) };
+        if let Some(start) = self.open_materials.iter().position(|open| *open == inner) {
+            self.made_of_itself(start);
+            return self.material(None);
+        }
+        if self.open_materials.len() >= limits::LAYERS {
+            let span = self.machine.nodes.get(outer.0 as usize).map_or(Span::at(0), |slot| slot.place());
+            self.machine.too_many("materials inside one another", limits::LAYERS, span);
+            return self.material(None);
+        }
+        self.material(Some(inner))
+    }
+
+    /// E0505.
+    fn made_of_itself(&mut self, start: usize) {
+        let ring: Vec<NodeId> = self.open_materials.iter().skip(start).copied().collect();
+        let Some(first) = ring.first().copied() else { return };
+        let mut diagnostic = Diagnostic::new("E0505", format!("`{}` is made of itself", self.name(first)));
+        for (i, id) in ring.iter().enumerate().take(6) {
+            let inner = ring.get(i + 1).copied().unwrap_or(first);
+            let text = format!("`{}` contains `{}`", self.name(*id), self.name(inner));
+            let node = self.machine.done(*id).unwrap_or_default();
+            let span = read::set(&node, "base").map_or(self.span(*id), |set| set.expr.span);
+            diagnostic = match i {
+                0 => diagnostic.primary(self.machine.file(), span, text),
+                _ => diagnostic.label(self.machine.file(), span, text),
+            };
+        }
+        self.report(first, diagnostic.help("put another material in one of these places"));
+    }
+
     fn read_material(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Material<Animated> {
         let NodeKind::Schema(kind) = node.kind else { return Material::default_diffuse() };
-        let machine = &mut *self.machine;
-        match kind.name {
-            "metal" => Material::Metal {
-                color: read::track(machine, node, "color"),
-                edge_tint: read::track(machine, node, "edge_tint"),
-                roughness: read::track(machine, node, "roughness"),
-            },
-            "dielectric" => Material::Dielectric {
-                ior: read::track(machine, node, "ior"),
-                attenuation_color: match read::parts(node, "attenuation_color").as_slice() {
-                    [r, g, b] => Color::new(*r as f32, *g as f32, *b as f32),
-                    _ => Color::ONE,
-                },
-                attenuation_distance_m: read::number(node, "attenuation_distance"),
-            },
-            "emitter" => {
-                let (radiance, power) = (read::set(node, "radiance"), read::set(node, "power"));
-                if let (Some(radiance), Some(power)) = (radiance, power) {
-                    let file = machine.file();
-                    let diagnostic = Diagnostic::new("E0206", "an emitter takes `radiance` or `power`, not both")
-                        .primary(file, power.name, "says how much light")
-                        .label(file, radiance.name, "says it too")
-                        .help("remove one");
-                    self.report(id, diagnostic);
-                }
-                let machine = &mut *self.machine;
-                Material::Emitter {
-                    color: read::track(machine, node, "color"),
-                    emission: match read::track_if_set(machine, node, "power") {
-                        Some(power) => Emission::Power(power),
-                        None => Emission::Radiance(read::track(machine, node, "radiance")),
-                    },
-                    two_sided: read::number(node, "two_sided") != 0.0,
+        let bsdf = match kind.name {
+            "metal" => self.metal(node),
+            "dielectric" => self.dielectric(node),
+            "glossy" => {
+                let base = match read::set(node, "base") {
+                    Some(_) => self.inner_material(id, node, "base"),
+                    None => {
+                        let color = read::track(self.machine, node, "color");
+                        let lambert = Bsdf::Diffuse { color, roughness: 0.0.into(), model: DiffuseModel::Eon };
+                        self.push_material(lambert.into(), None)
+                    }
+                };
+                Bsdf::Glossy {
+                    base,
+                    ior: read::number(node, "ior"),
+                    roughness: read::track(self.machine, node, "roughness"),
+                    metalness: read::track(self.machine, node, "metalness"),
                 }
             }
-            _ => Material::Diffuse {
-                color: read::track(machine, node, "color"),
-                roughness: read::track(machine, node, "roughness"),
+            "mix" => {
+                let a = self.inner_material(id, node, "a");
+                let b = self.inner_material(id, node, "b");
+                Bsdf::Mix { a, b, amount: read::track(self.machine, node, "amount") }
+            }
+            "emitter" => Bsdf::Emitter {
+                color: read::track(self.machine, node, "color"),
+                emission: match read::track_if_set(self.machine, node, "power") {
+                    Some(power) => Emission::Power(power),
+                    None => Emission::Radiance(read::track(self.machine, node, "radiance")),
+                },
+                two_sided: read::flag(node, "two_sided"),
             },
+            _ => Bsdf::Diffuse {
+                color: read::track(self.machine, node, "color"),
+                roughness: read::track(self.machine, node, "roughness"),
+                model: match read::word(node, "model") {
+                    "fon" => DiffuseModel::Fon,
+                    "qon" => DiffuseModel::Qon,
+                    _ => DiffuseModel::Eon,
+                },
+            },
+        };
+        let opacity = match kind.property("opacity") {
+            Some(_) => read::track(self.machine, node, "opacity"),
+            None => Track::Const(1.0),
+        };
+        Material { opacity, bsdf }
+    }
+
+    fn metal(&mut self, node: &Rc<NodeValue<'a>>) -> Bsdf<Animated> {
+        let spectrum = match read::data(node, "spectrum") {
+            Some(Data::Text(symbol)) => Spectrum::find(symbol),
+            _ => None,
+        };
+        Bsdf::Metal {
+            reflectance: match spectrum {
+                Some(spectrum) => Reflectance::Spectrum(spectrum),
+                None => Reflectance::Tint {
+                    color: read::track(self.machine, node, "color"),
+                    edge_tint: read::track(self.machine, node, "edge_tint"),
+                },
+            },
+            roughness: read::track(self.machine, node, "roughness"),
+            anisotropy: read::number(node, "anisotropy"),
+            anisotropy_rotation: read::number(node, "anisotropy_rotation"),
+            energy_compensation: read::flag(node, "energy_compensation"),
         }
     }
+
+    fn dielectric(&mut self, node: &Rc<NodeValue<'a>>) -> Bsdf<Animated> {
+        Bsdf::Dielectric {
+            ior: read::track(self.machine, node, "ior"),
+            roughness: read::track(self.machine, node, "roughness"),
+            energy_compensation: read::flag(node, "energy_compensation"),
+            attenuation_color: match read::parts(node, "attenuation_color").as_slice() {
+                [r, g, b] => Color::new(*r as f32, *g as f32, *b as f32),
+                _ => Color::ONE,
+            },
+            attenuation_distance_m: read::number(node, "attenuation_distance"),
+            thin: read::flag(node, "thin"),
+            priority: read::number(node, "priority").clamp(f64::from(i32::MIN), f64::from(i32::MAX)) as i32,
+        }
+    }
+
+    /// What of each material, used or not, no property alone can tell.
+    pub(super) fn judge_materials(&mut self) {
+        for index in 0..self.machine.nodes.len() {
+            let id = NodeId(index as u32);
+            let Some(node) = self.machine.done(id) else { continue };
+            let NodeKind::Schema(kind) = node.kind else { continue };
+            if kind.sort != Sort::Material {
+                continue;
+            }
+            let either = match kind.name {
+                "metal" => Some(("a metal", "spectrum", ["color", "edge_tint"].as_slice(), "how much it reflects")),
+                "glossy" => Some(("a glossy", "base", ["color"].as_slice(), "what is under the coat")),
+                "emitter" => Some(("an emitter", "radiance", ["power"].as_slice(), "how much light")),
+                _ => None,
+            };
+            if let Some((a_kind, one, others, what)) = either {
+                for other in others {
+                    self.not_both(id, &node, a_kind, [one, other], what);
+                }
+            }
+            if kind.name == "dielectric" {
+                self.attenuation(id, &node);
+            }
+        }
+    }
+
+    /// W0416: a colour of glass that no light will have.
+    fn attenuation(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) {
+        let Some(color) = read::set(node, "attenuation_color") else { return };
+        let (distance, thin) = (read::set(node, "attenuation_distance"), read::set(node, "thin"));
+        let file = self.machine.file();
+        let diagnostic = match thin.filter(|_| read::flag(node, "thin")) {
+            Some(thin) => Diagnostic::new("W0416", "`attenuation_color` has no effect on a thin sheet")
+                .primary(file, color.name, "colours light on its way through the inside")
+                .label(file, thin.name, "so that there is no inside")
+                .help("remove one"),
+            None if distance.is_none() => {
+                Diagnostic::new("W0416", "`attenuation_color` has no effect without `attenuation_distance`")
+                    .primary(file, color.name, "after which way?")
+                    .help("add the way after which light has this colour: `attenuation_distance: 10cm`")
+            }
+            None => return,
+        };
+        self.report(id, diagnostic);
+    }
+
+    /// W0415: light under a coat.
+    pub(super) fn coated_lights(&mut self, materials: &[Material<Animated>], shining: &[bool]) {
+        let mut coats: Vec<(usize, NodeId)> =
+            self.known_materials.iter().filter_map(|(id, index)| Some((*index, (*id)?))).collect();
+        coats.sort_unstable();
+        for (index, id) in coats {
+            let Some(Bsdf::Glossy { base, .. }) = materials.get(index).map(|material| &material.bsdf) else { continue };
+            let node = self.machine.done(id).unwrap_or_default();
+            let Some(set) = read::set(&node, "base").filter(|_| shining.get(*base) == Some(&true)) else { continue };
+            let diagnostic = Diagnostic::new("W0415", "an `emitter` under a coat gives no light")
+                .primary(self.machine.file(), set.expr.span, "its light stays under the coat")
+                .help("mix the two instead: `mix(coat, lamp, amount: 0.5)`");
+            self.report(id, diagnostic);
+        }
+    }
+
+    /// E0206: two properties that say the same.
+    fn not_both(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, a_kind: &str, names: [&str; 2], what: &str) {
+        let [one, other] = names;
+        let (Some(first), Some(second)) = (read::set(node, one), read::set(node, other)) else { return };
+        let file = self.machine.file();
+        let diagnostic = Diagnostic::new("E0206", format!("{a_kind} takes `{one}` or `{other}`, not both"))
+            .primary(file, second.name, format!("says {what}"))
+            .label(file, first.name, "says it too")
+            .help("remove one");
+        self.report(id, diagnostic);
+    }
+}
+
+/// Whether each material can give light, at some time and in some part of it.
+pub(super) fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
+    let mut shining: Vec<bool> = Vec::with_capacity(materials.len());
+    for material in materials {
+        let part = |index: usize| shining.get(index) == Some(&true);
+        let shines = match &material.bsdf {
+            Bsdf::Emitter { emission: Emission::Radiance(light) | Emission::Power(light), color, .. } => {
+                light.constant() != Some(&0.0) && color.constant().is_none_or(|color| color.max_element() > 0.0)
+            }
+            Bsdf::Mix { a, b, amount } => {
+                let amount = amount.constant();
+                amount != Some(&1.0) && part(*a) || amount != Some(&0.0) && part(*b)
+            }
+            _ => false,
+        };
+        shining.push(shines && material.opacity.constant() != Some(&0.0));
+    }
+    shining
 }

@@ -10,7 +10,7 @@ mod shape;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use kinora_scene::{Animated, Clock, Emission, Look, Material, Render, Scene, Sky, Tonemap};
+use kinora_scene::{Animated, Clock, Look, Material, Node, Render, Scene, Sky, Tonemap};
 
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::eval::items::kind_text;
@@ -21,6 +21,7 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
+use material::shining;
 pub use shape::{MeshFrom, MeshRequest};
 
 /// A scene whose meshes are still to be read.
@@ -55,7 +56,11 @@ struct Lower<'m, 'a> {
     order: Vec<usize>,
     first: HashMap<NodeId, usize>,
     materials: Vec<Material<Animated>>,
+    /// Of each of `materials`: where the power of its light is set, if it is.
+    powers: Vec<Option<Span>>,
     known_materials: HashMap<Option<NodeId>, usize>,
+    /// The materials that are being read, each inside the one before it.
+    open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
 }
 
@@ -76,7 +81,9 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         order: Vec::new(),
         first: HashMap::new(),
         materials: Vec::new(),
+        powers: Vec::new(),
         known_materials: HashMap::new(),
+        open_materials: Vec::new(),
         meshes: Vec::new(),
     };
     Some(lower.scene(camera))
@@ -125,6 +132,7 @@ impl<'a> Lower<'_, 'a> {
     fn scene(&mut self, camera: Option<&str>) -> Lowered {
         self.only_one("render", |found| &found.render);
         self.only_one("sky", |found| &found.skies);
+        self.judge_materials();
         let parents = self.order();
         let nodes = self.nodes(&parents);
         let cameras: Vec<_> =
@@ -137,14 +145,15 @@ impl<'a> Lower<'_, 'a> {
         let camera = self.which_camera(camera);
         let scene =
             Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
-        self.what_is_missing(&scene);
+        let shining = shining(&scene.materials);
+        self.coated_lights(&scene.materials, &shining);
+        self.what_is_missing(&scene, &shining);
         Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
     }
 
     /// The place that stands for a node in a message: its name, or its kind.
     fn span(&self, id: NodeId) -> Span {
-        let ast = self.machine.nodes.get(id.0 as usize).map(|slot| slot.ast);
-        ast.map_or(Span::at(0), |ast| ast.name.as_ref().map_or(ast.kind.span, |name| name.span))
+        self.machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.place())
     }
 
     /// The author's name, or the kind.
@@ -236,12 +245,12 @@ impl<'a> Lower<'_, 'a> {
         Sky {
             color: read::track(self.machine, node, "color"),
             strength: read::track(self.machine, node, "strength"),
-            visible: read::number(node, "visible") != 0.0,
+            visible: read::flag(node, "visible"),
         }
     }
 
     /// E0503 and W0402.
-    fn what_is_missing(&mut self, scene: &Scene) {
+    fn what_is_missing(&mut self, scene: &Scene, shining: &[bool]) {
         if self.found.unknown {
             return;
         }
@@ -254,16 +263,8 @@ impl<'a> Lower<'_, 'a> {
             self.machine.report(diagnostic);
             return;
         }
-        let shines = |material: &Material<Animated>| match material {
-            Material::Emitter { emission: Emission::Radiance(light) | Emission::Power(light), color, .. } => {
-                light.constant() != Some(&0.0) && color.constant().is_none_or(|color| color.max_element() > 0.0)
-            }
-            _ => false,
-        };
-        let emitter = scene
-            .nodes
-            .iter()
-            .any(|node| node.shape.is_some() && scene.materials.get(node.material).is_some_and(shines));
+        let shines = |node: &Node| node.shape.is_some() && shining.get(node.material) == Some(&true);
+        let emitter = scene.nodes.iter().any(shines);
         let sky = scene.sky.as_ref().is_some_and(|sky| {
             sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
         });

@@ -107,7 +107,7 @@ impl<'a> Lower<'_, 'a> {
             (Some(_), Some(set)) => self.material(read::node(set.data.as_ref())),
             (Some(_), None) => self.material(None),
         };
-        self.power_of_plane(id, node, shape.as_ref());
+        self.power_of_plane(id, node, shape.as_ref(), material);
         let (placing, visible) = match node.kind {
             NodeKind::Schema(_) => (
                 Placing {

@@ -79,6 +79,11 @@ pub fn number(node: &Rc<NodeValue<'_>>, name: &str) -> f64 {
     parts(node, name).first().copied().unwrap_or(0.0)
 }
 
+/// A truth value that does not change.
+pub fn flag(node: &Rc<NodeValue<'_>>, name: &str) -> bool {
+    number(node, name) != 0.0
+}
+
 /// A number that does not move, if it is set.
 pub fn number_if_set(node: &Rc<NodeValue<'_>>, name: &str) -> Option<f64> {
     data(node, name)?.constants()?.first().copied()

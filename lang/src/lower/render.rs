@@ -2,13 +2,15 @@
 
 use std::rc::Rc;
 
-use kinora_scene::{Animated, Clock, Filter, Look, Render, Sampler, Tonemap};
+use kinora_scene::{Animated, Background, Clock, Filter, Look, Mis, Render, Sampler, Shown, Tonemap};
 
 use super::{Lower, read};
+use crate::diagnostic::Diagnostic;
 use crate::eval::machine::NodeValue;
 
 impl<'a> Lower<'_, 'a> {
     pub(super) fn render(&mut self, node: &Rc<NodeValue<'a>>) -> (Render, Look<Animated>, Clock) {
+        self.light_probability(node);
         let count = |name: &str| read::number(node, name).clamp(0.0, f64::from(u32::MAX)) as u32;
         let filter = match read::word(node, "filter") {
             "box" => Filter::Box,
@@ -27,6 +29,26 @@ impl<'a> Lower<'_, 'a> {
             filter_width: read::number_if_set(node, "filter_width").unwrap_or(width),
             sampler: if read::word(node, "sampler") == "random" { Sampler::Random } else { Sampler::Sobol },
             seed: count("seed"),
+            mis: match read::word(node, "mis") {
+                "one_sample" => Mis::OneSample(read::number(node, "light_probability")),
+                "bsdf" => Mis::BSDF,
+                "light" => Mis::LIGHT,
+                _ => Mis::Nee,
+            },
+            clamp: read::number_if_set(node, "clamp"),
+            background: match read::word(node, "background") {
+                "transparent" => Background::Transparent,
+                _ => Background::Sky,
+            },
+            view: match read::word(node, "view") {
+                "albedo" => Shown::Albedo,
+                "normal" => Shown::Normal,
+                "depth" => Shown::Depth,
+                "id" => Shown::Id,
+                "cost" => Shown::Cost,
+                "bvh" => Shown::Bvh,
+                _ => Shown::Beauty,
+            },
         };
         let look = Look {
             exposure: read::track(self.machine, node, "exposure"),
@@ -43,5 +65,20 @@ impl<'a> Lower<'_, 'a> {
             shutter: read::number(node, "shutter") / std::f64::consts::TAU,
         };
         (render, look, clock)
+    }
+
+    /// W0416: a chance of what never happens.
+    fn light_probability(&mut self, node: &Rc<NodeValue<'a>>) {
+        let Some(set) = read::set(node, "light_probability") else { return };
+        if read::word(node, "mis") == "one_sample" {
+            return;
+        }
+        let file = self.machine.file();
+        let diagnostic = Diagnostic::new("W0416", "`light_probability` has no effect without `mis: one_sample`")
+            .primary(file, set.name, "how often the one sample is the light's");
+        self.machine.report(match read::set(node, "mis") {
+            Some(mis) => diagnostic.label(file, mis.expr.span, "takes more than one sample, or always the same"),
+            None => diagnostic.help("add `mis: one_sample`"),
+        });
     }
 }

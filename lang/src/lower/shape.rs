@@ -83,15 +83,20 @@ impl<'a> Lower<'_, 'a> {
     }
 
     /// E0401: the light of an infinite plane has no sum.
-    pub(super) fn power_of_plane(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, shape: Option<&Shape<Animated>>) {
+    pub(super) fn power_of_plane(
+        &mut self,
+        id: NodeId,
+        node: &Rc<NodeValue<'a>>,
+        shape: Option<&Shape<Animated>>,
+        material: usize,
+    ) {
         let Some(Shape::Plane { .. }) = shape else { return };
         let Some(set) = read::set(node, "material") else { return };
-        let Some(material) = read::node(set.data.as_ref()).and_then(|id| self.machine.done(id)) else { return };
-        let Some(power) = read::set(&material, "power") else { return };
+        let Some(power) = self.powers.get(material).copied().flatten() else { return };
         let file = self.machine.file();
         let diagnostic = Diagnostic::new("E0401", "an infinite plane cannot have a `power`")
             .primary(file, set.expr.span, "its light has no sum")
-            .label(file, power.name, "power is set here")
+            .label(file, power, "power is set here")
             .help("use `radiance`, or a `quad`");
         self.report(id, diagnostic);
     }

@@ -84,7 +84,7 @@ pub static KINDS: &[Kind] = &[
     kind("diffuse", Sort::Material, &[DIFFUSE, MATERIAL], "a matt surface: energy-preserving Oren-Nayar"),
     kind("metal", Sort::Material, &[METAL, MATERIAL], "a GGX conductor"),
     kind("dielectric", Sort::Material, &[DIELECTRIC, MATERIAL], "glass, water"),
-    kind("glossy", Sort::Material, &[GLOSSY, MATERIAL], "a GGX coat over a base").later(),
+    kind("glossy", Sort::Material, &[GLOSSY, MATERIAL], "a GGX coat over a base"),
     kind("emitter", Sort::Material, &[EMITTER, MATERIAL], "light from the outer side of a surface; reflects nothing"),
     kind("sphere", Sort::Shape, &[SPHERE, SHAPE], "all points one radius from its origin"),
     kind("box", Sort::Shape, &[BOX, SHAPE], "a box, centred on its origin"),
@@ -119,12 +119,13 @@ const RENDER: &[Property] = &[
         .check(Check::Within(0, 65_535)),
     row(
         "mis",
-        Type::Choice(&[now("nee"), later("one_sample"), later("bsdf"), later("light")]),
+        Type::Choice(&[now("nee"), now("one_sample"), now("bsdf"), now("light")]),
         Default::Word("nee"),
         "estimator",
     ),
-    row("light_probability", NUMBER, Default::Number(0.2), "of `one_sample`").check(Check::Ratio).later(),
-    row("clamp", NUMBER, Default::Computed, "limit of a sample's weight; absent = unbiased").later(),
+    row("light_probability", NUMBER, Default::Number(0.2), "of `mis: one_sample`: how often it is the light")
+        .check(Check::Ratio),
+    row("clamp", NUMBER, Default::Computed, "limit of a sample's weight; absent = unbiased").check(Check::Above0),
     row("roulette_from", Type::Count, Default::Number(4.0), "bounce from which Russian roulette may end a path")
         .check(Check::Within(0, u32::MAX as i64)),
     row(
@@ -148,18 +149,18 @@ const RENDER: &[Property] = &[
         Default::Word("agx"),
         "tone curve of display files",
     ),
-    row("background", Type::Choice(&[now("sky"), later("transparent")]), Default::Word("sky"), "where nothing is hit"),
+    row("background", Type::Choice(&[now("sky"), now("transparent")]), Default::Word("sky"), "where nothing is hit"),
     row(
         "view",
         Type::Choice(&[
             now("beauty"),
-            later("albedo"),
-            later("normal"),
-            later("depth"),
-            later("id"),
+            now("albedo"),
+            now("normal"),
+            now("depth"),
+            now("id"),
             later("samples"),
-            later("cost"),
-            later("bvh"),
+            now("cost"),
+            now("bvh"),
         ]),
         Default::Word("beauty"),
         "what the picture shows",
@@ -228,44 +229,69 @@ const SPOT_LIGHT: &[Property] = &[
 
 const MATERIAL: &[Property] = &[
     row("normal", Type::Any, Default::Computed, "a normal map").later(),
-    row("opacity", Type::Any, ONE, "share of rays that meet it").later(),
+    row("opacity", NUMBER, ONE, "share of rays that meet it").check(Check::Ratio).moving(),
     row("name", Type::Text, Default::Computed, "for imports").later(),
 ];
 
 const DIFFUSE: &[Property] = &[
     row("color", Type::Color, Default::Number(0.8), "reflectance").check(Check::Reflectance).moving(),
     row("roughness", NUMBER, ZERO, "0 is Lambert").check(Check::Ratio).moving(),
-    row("model", Type::Choice(&[now("eon"), later("fon"), later("qon")]), Default::Word("eon"), "which formula"),
+    row("model", Type::Choice(&[now("eon"), now("fon"), now("qon")]), Default::Word("eon"), "which formula"),
 ];
 
 const METAL: &[Property] = &[
     row("color", Type::Color, Default::Number(0.9), "reflectance facing you").check(Check::Reflectance).moving(),
     row("edge_tint", Type::Color, ONE, "tint at 82deg").check(Check::Reflectance).moving(),
-    row("spectrum", Type::Text, Default::Computed, "a measured metal: \"Au\", \"Ag\", \"Al\", \"Cu\", \"Fe\"").later(),
+    row(
+        "spectrum",
+        Type::Text,
+        Default::Computed,
+        "a measured metal by its symbol, \"Au\", instead of `color` and `edge_tint`",
+    )
+    .check(Check::Spectrum),
     row("roughness", NUMBER, Default::Number(0.2), "perceptual").check(Check::Ratio).moving(),
-    row("anisotropy", NUMBER, ZERO, "stretched along the tangent").check(Check::Ratio).only_default(),
-    row("anisotropy_rotation", ANGLE, ZERO, "counter-clockwise").later(),
-    row("energy_compensation", Type::Bool, Default::Bool(true), "Kulla-Conty").later(),
+    row("anisotropy", NUMBER, ZERO, "stretched along the tangent").check(Check::Ratio),
+    row("anisotropy_rotation", ANGLE, ZERO, "of the stretch from the tangent, counter-clockwise"),
+    COMPENSATION,
 ];
+
+const COMPENSATION: Property = row(
+    "energy_compensation",
+    Type::Bool,
+    Default::Bool(true),
+    "adds the light that is scattered more than once (Kulla-Conty)",
+);
 
 const DIELECTRIC: &[Property] = &[
     row("ior", NUMBER, Default::Number(1.5), "refractive index of the inside").check(Check::Ior).moving(),
-    row("roughness", NUMBER, ZERO, "perceptual").check(Check::Ratio).moving().only_default(),
-    row("energy_compensation", Type::Bool, Default::Bool(true), "Kulla-Conty").later(),
+    row("roughness", NUMBER, ZERO, "perceptual").check(Check::Ratio).moving(),
+    COMPENSATION,
     row("attenuation_color", Type::Color, ONE, "colour of white light after `attenuation_distance`")
         .check(Check::Reflectance),
     row("attenuation_distance", LENGTH, Default::Number(f64::INFINITY), "path length of `attenuation_color`")
         .check(Check::Above0),
-    row("thin", Type::Bool, Default::Bool(false), "a sheet without thickness").only_default(),
-    row("priority", Type::Count, ZERO, "of nested media the higher wins").only_default(),
+    row("thin", Type::Bool, Default::Bool(false), "a sheet without thickness"),
+    row("priority", Type::Count, ZERO, "of nested media the higher wins")
+        .check(Check::Within(i32::MIN as i64, i32::MAX as i64)),
 ];
 
 const GLOSSY: &[Property] = &[
     row("base", Type::Node(Sort::Material), Default::Computed, "what is under the coat"),
-    row("color", Type::Color, Default::Number(0.8), "of a Lambert base"),
-    row("ior", NUMBER, Default::Number(1.5), "of the coat"),
-    row("roughness", NUMBER, Default::Number(0.1), "of the coat").moving(),
-    row("metalness", NUMBER, ZERO, "share of metal").moving(),
+    row("color", Type::Color, Default::Number(0.8), "of a Lambert base, instead of `base`")
+        .check(Check::Reflectance)
+        .moving(),
+    row("ior", NUMBER, Default::Number(1.5), "of the coat").check(Check::Ior),
+    row("roughness", NUMBER, Default::Number(0.1), "of the coat").check(Check::Ratio).moving(),
+    row("metalness", NUMBER, ZERO, "share of a metal of the base's color").check(Check::Ratio).moving(),
+];
+
+/// What `mix(a, b, amount: ..)` makes of two materials; no block can be written of it.
+pub static MIX: Kind = kind("mix", Sort::Material, &[MIXED], "two materials at once");
+
+const MIXED: &[Property] = &[
+    row("a", Type::Node(Sort::Material), Default::Needed, "the first material"),
+    row("b", Type::Node(Sort::Material), Default::Needed, "the second material"),
+    row("amount", NUMBER, Default::Needed, "the share of the second").check(Check::Ratio).moving(),
 ];
 
 const EMITTER: &[Property] = &[

@@ -10,7 +10,7 @@
 
 mod kinds;
 
-pub use kinds::KINDS;
+pub use kinds::{KINDS, MIX};
 
 use crate::dimension::Dimension;
 
@@ -231,6 +231,8 @@ pub enum Check {
     Resolution,
     /// Not the zero vector: E0405.
     Direction,
+    /// The symbol of a metal that was measured: E0203.
+    Spectrum,
 }
 
 impl Kind {

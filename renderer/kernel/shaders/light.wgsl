@@ -152,8 +152,25 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
     }
 }
 
-/// Radiance that shape `shape` sends to its outer side (`front`) or inner side.
-fn light_eval(shape: u32, front: bool) -> vec3<f32> {
-    let emission = shapes[shape].emission;
-    return select(vec3<f32>(0.0), emission.xyz, front || emission.w != 0.0);
+/// Radiance that shape `shape` sends in a direction whose cosine with its outward normal is `c`.
+fn light_eval(shape: u32, c: f32) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var m = shapes[shape].index.z; m != NONE; m = materials[m].kind.w) {
+        let kind = materials[m].kind;
+        if c <= 0.0 && (kind.y & EMITTER_TWO_SIDED) == 0u {
+            continue;
+        }
+        var radiance = materials[m].color.xyz;
+        if kind.z != NONE {
+            let coat = materials[kind.z].lobe;
+            radiance *= 1.0 - coat_albedo(coat.x, coat.z, coat.y, abs(c));
+        }
+        sum += radiance;
+    }
+    return sum;
+}
+
+/// The share of rays that a light's surface meets.
+fn light_cover(shape: u32) -> f32 {
+    return materials[shapes[shape].index.x].more.w;
 }

@@ -1,17 +1,47 @@
-// Path tracing with next-event estimation. Light arrives in two ways, by sampling a light and by chance of the BSDF; the
-// power heuristic weighs both (Veach 1997, §9.2).
+// Path tracing with next-event estimation. Light arrives in two ways, by sampling a light and by chance of the BSDF, and
+// heuristics weigh them (Veach 1997, §9.2). A path is a value that advances from one ray query to the next, so that a
+// backend may keep many of them going at once.
 
 /// How much of the way to a light must be free: rounding must not let the light shade itself.
 const SHADOW_REACH: f32 = 0.9999;
+/// Surfaces that a path may pass as if they were not there, before it is given up.
+const MAX_PASSES: u32 = 4096u;
 
-fn power_heuristic(pdf: f32, other: f32) -> f32 {
-    let ratio = other / pdf;
-    return 1.0 / (1.0 + ratio * ratio);
+struct Path {
+    key: SampleKey,
+    /// The next ray, and the primitive that it starts on or NONE.
+    o: vec3<f32>,
+    d: vec3<f32>,
+    start: u32,
+    /// Where it was scattered last; cut-outs between there and `o` do not count.
+    vertex: vec3<f32>,
+    /// What has arrived so far.
+    light: vec3<f32>,
+    /// The share of what lies ahead that arrives.
+    beta: vec3<f32>,
+    /// With which `d` was drawn; DELTA_PDF where sampling a light cannot find what lies ahead.
+    pdf: f32,
+    /// Whether a light was sampled in its stead.
+    lit: bool,
+    /// Undoes the η² in `beta`, so that roulette does not kill what only passes through glass.
+    eta_scale: f32,
+    /// The media around `o`: see media.wgsl.
+    media: vec4<u32>,
+    bounce: u32,
+    passes: u32,
+    /// Whether there is a next ray.
+    alive: bool,
+    rays: f32,
+    /// Light that arrives as far as nothing is between `shadow_o` and `shadow_t` metres along `shadow_d`; no ray if that is
+    /// 0. It starts on the primitive that the next ray starts on.
+    shadow_light: vec3<f32>,
+    shadow_o: vec3<f32>,
+    shadow_d: vec3<f32>,
+    shadow_t: f32,
 }
 
 /// A point of a path: the surface seen from the side of `wo`.
 struct Vertex {
-    p: vec3<f32>,
     /// Geometric normal on the side of `wo`.
     ng: vec3<f32>,
     /// About the shading normal on the side of `wo`.
@@ -20,11 +50,9 @@ struct Vertex {
     wo: vec3<f32>,
     /// Whether that is the outer side.
     front: bool,
-    /// The primitive that it lies on.
-    primitive: u32,
 }
 
-fn vertex_at(s: Surface, hit: Hit, d: vec3<f32>) -> Vertex {
+fn vertex_at(s: Surface, d: vec3<f32>) -> Vertex {
     let front = dot(s.ng, d) < 0.0;
     let ng = select(-s.ng, s.ng, front);
     var ns = select(-s.ns, s.ns, front);
@@ -33,123 +61,244 @@ fn vertex_at(s: Surface, hit: Hit, d: vec3<f32>) -> Vertex {
         ns = ng;
     }
     let frame = frame_about(ns);
-    return Vertex(s.p, ng, frame, to_local(frame, -d), front, hit.id);
+    return Vertex(ng, frame, to_local(frame, -d), front);
 }
 
-// Light that comes straight from a light, through `absorption` a metre; w: the rays that it took.
-fn direct_light(m: Material, v: Vertex, absorption: vec3<f32>, u: vec2<f32>) -> vec4<f32> {
-    let s = light_sample(v.p, u);
-    if !(s.pdf > 0.0) {
-        return vec4<f32>(0.0);
+/// The weight of light that a light sample found, whose pdf is `pdf`, if the BSDF's is `other`.
+fn light_weight(pdf: f32, other: f32) -> f32 {
+    if params.light_chance < 0.0 {
+        let ratio = other / pdf;
+        return 1.0 / (1.0 + ratio * ratio);
     }
-    if dot(s.p - v.p, v.ng) <= 0.0 {
-        return vec4<f32>(0.0);
+    return pdf / (params.light_chance * pdf + (1.0 - params.light_chance) * other);
+}
+
+/// The weight of light that a BSDF sample found, whose pdf is `pdf`, if a light sample finds it with `other`; `lit`: the
+/// coin fell for the light sample.
+fn bsdf_weight(pdf: f32, other: f32, lit: bool) -> f32 {
+    if pdf == DELTA_PDF || other == 0.0 {
+        return 1.0;
     }
-    let start = offset_point(v.p, v.ng);
-    let to = s.p - start;
-    let facing = dot(s.n, to) < 0.0;
+    if params.light_chance < 0.0 {
+        let ratio = other / pdf;
+        return 1.0 / (1.0 + ratio * ratio);
+    }
+    if lit {
+        return 0.0;
+    }
+    return pdf / (params.light_chance * other + (1.0 - params.light_chance) * pdf);
+}
+
+fn limited(share: vec3<f32>) -> vec3<f32> {
+    return min(share, vec3<f32>(params.clamp));
+}
+
+/// The path of one sample of a pixel, at the camera.
+fn path_start(pixel: vec2<u32>, sample: u32) -> Path {
+    var path: Path;
+    path.key = sample_key(pixel, sample);
+    let ray = camera_ray(pixel, path.key);
+    path.o = ray.o;
+    path.d = ray.d;
+    path.start = NONE;
+    path.vertex = ray.o;
+    path.beta = vec3<f32>(1.0);
+    path.pdf = DELTA_PDF;
+    path.eta_scale = 1.0;
+    path.media = params.media;
+    path.alive = true;
+    return path;
+}
+
+// Asks for a ray to a light, and for what that would bring.
+fn sample_light(path: ptr<function, Path>, s: Surface, v: Vertex, b: Bsdf, beyond: vec4<u32>, u: vec2<f32>) {
+    let to_light = light_sample(s.p, u);
+    if !(to_light.pdf > 0.0) {
+        return;
+    }
+    let above = dot(to_light.p - s.p, v.ng) > 0.0;
+    if !above && !bsdf_transmits(b) {
+        return;
+    }
+    let start = offset_point(s, select(-v.ng, v.ng, above));
+    let to = to_light.p - start;
     let distance = length(to);
     if distance == 0.0 {
-        return vec4<f32>(0.0);
+        return;
     }
     let d = to / distance;
     let wi = to_local(v.frame, d);
-    let carried = bsdf_eval(m, v.wo, wi) * light_eval(s.shape, facing);
-    if max_component(carried) <= 0.0 {
-        return vec4<f32>(0.0);
+    if above != (wi.z > 0.0) {
+        return;
     }
-    if any_hit(start, d, distance * SHADOW_REACH, v.primitive) {
-        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    let emitted = light_eval(to_light.shape, -dot(to_light.n, d)) * light_cover(to_light.shape);
+    let f = bsdf_eval(b, v.wo, wi);
+    if max_component(f * emitted) <= 0.0 {
+        return;
     }
-    let weight = power_heuristic(s.pdf, bsdf_pdf(m, v.wo, wi)) / s.pdf;
-    return vec4<f32>(carried * transmittance(absorption, distance) * weight, 1.0);
+    let media = select(beyond, (*path).media, above);
+    let share = f * transmittance(media_absorption(media), distance);
+    let weight = light_weight(to_light.pdf, bsdf_pdf(b, v.wo, wi)) / to_light.pdf;
+    (*path).shadow_light = limited((*path).beta * share * weight) * emitted;
+    (*path).shadow_o = start;
+    (*path).shadow_d = d;
+    (*path).shadow_t = distance * SHADOW_REACH;
 }
 
-fn transmittance(absorption: vec3<f32>, distance: f32) -> vec3<f32> {
-    if max_component(absorption) <= 0.0 {
-        return vec3<f32>(1.0);
+// Goes on along the same line behind a surface that is not there.
+fn go_through(path: ptr<function, Path>, s: Surface) {
+    (*path).o = offset_point(s, select(-s.ng, s.ng, dot(s.ng, (*path).d) > 0.0));
+    (*path).passes++;
+    (*path).alive = (*path).passes < MAX_PASSES;
+}
+
+/// What happens where the path's ray met something: the path gets its next ray, or ends, and may ask for a shadow ray.
+fn path_shade(path: ptr<function, Path>, hit: Hit) {
+    (*path).shadow_t = 0.0;
+    (*path).rays += 1.0;
+    (*path).beta *= transmittance(media_absorption((*path).media), hit.t);
+    if hit.id == NONE {
+        let visible = select(1.0, params.sky.w, (*path).bounce == 0u);
+        (*path).light += limited((*path).beta) * params.sky.xyz * visible;
+        (*path).alive = false;
+        return;
     }
-    let depth = absorption * distance;
-    return vec3<f32>(exp_(-depth.x), exp_(-depth.y), exp_(-depth.z));
+    let s = surface_at(hit, (*path).o, (*path).d);
+    let material = shapes[s.shape].index.x;
+    (*path).start = hit.id;
+    let dimension = DIM_BOUNCE + (*path).bounce * DIM_STRIDE;
+    if (params.features & FEATURE_CUTOUT) != 0u {
+        let opacity = materials[material].more.w;
+        if opacity < 1.0 && random_1d((*path).key, DIM_CUTOUT + dimension * MAX_PASSES + (*path).passes) >= opacity {
+            go_through(path, s);
+            return;
+        }
+    }
+
+    // Add what it emits; what sampling a light could have found counts in part.
+    if shapes[s.shape].index.z != NONE {
+        let emitted = light_eval(s.shape, -dot(s.ng, (*path).d));
+        let weight = bsdf_weight((*path).pdf, light_pdf(s, (*path).vertex), (*path).lit);
+        (*path).light += limited((*path).beta * weight) * emitted;
+    }
+
+    // Choose one of the materials that it is mixed of, and see whether there is a boundary at all.
+    var v = vertex_at(s, (*path).d);
+    var choice = vec2<f32>(0.0);
+    if (materials[material].kind.y & CHOICE) != 0u {
+        choice = random_2d((*path).key, dimension + DIM_CHOICE);
+    }
+    var b = bsdf_at(material, v.wo.z, choice.x);
+    if b.alpha.x != b.alpha.y {
+        // Seen from within, what runs counter-clockwise runs clockwise.
+        let turn = vec2<f32>(b.turn.x, select(-b.turn.y, b.turn.y, v.front));
+        v.frame = frame_along(v.frame.z, s.tangent, turn);
+        v.wo = to_local(v.frame, -(*path).d);
+    }
+    var beyond = (*path).media;
+    if b.kind == MATERIAL_DIELECTRIC && (b.flags & DIELECTRIC_THIN) == 0u {
+        let crossing = media_cross((*path).media, b.material, v.front);
+        if crossing.hidden {
+            (*path).media = crossing.beyond;
+            (*path).pdf = DELTA_PDF;
+            go_through(path, s);
+            return;
+        }
+        beyond = crossing.beyond;
+        b.eta = crossing.eta;
+    }
+
+    if (*path).bounce >= params.max_bounces {
+        (*path).alive = false;
+        return;
+    }
+
+    // Sample a light.
+    (*path).lit = params.light_chance >= 0.0
+        && random_1d((*path).key, dimension + DIM_TECHNIQUE) < params.light_chance;
+    if params.light_count > 0u && ((*path).lit || params.light_chance < 0.0) && !bsdf_is_delta(b) {
+        sample_light(path, s, v, b, beyond, random_2d((*path).key, dimension + DIM_LIGHT));
+    }
+
+    // Choose where to go on.
+    let next = bsdf_sample(b, v.wo, random_2d((*path).key, dimension + DIM_BSDF), choice.y);
+    let d = from_local(v.frame, next.wi);
+    let above = dot(d, v.ng) > 0.0;
+    if next.pdf == 0.0 || above != (next.wi.z > 0.0) {
+        (*path).alive = false;
+        return;
+    }
+    (*path).beta *= next.weight;
+    (*path).pdf = next.pdf;
+    (*path).vertex = s.p;
+    (*path).o = offset_point(s, select(-v.ng, v.ng, above));
+    (*path).d = normalize(d);
+    (*path).bounce++;
+    if !above {
+        (*path).media = beyond;
+        (*path).eta_scale *= next.eta * next.eta;
+    }
+
+    // End paths that carry little, and let the others carry their share.
+    if (*path).bounce >= params.roulette_from {
+        let survival = clamp(max_component((*path).beta) * (*path).eta_scale, 0.05, 1.0);
+        (*path).alive = random_1d((*path).key, dimension + DIM_ROULETTE) < survival;
+        (*path).beta /= survival;
+    }
+}
+
+/// The share of light that comes through from `t_max` metres along `d`.
+fn shadow_share(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> f32 {
+    if (params.features & FEATURE_CUTOUT) == 0u {
+        return select(1.0, 0.0, any_hit(o, d, t_max, start));
+    }
+    var share = 1.0;
+    var origin = o;
+    var on = start;
+    var left = t_max;
+    for (var passes = 0u; passes < MAX_PASSES; passes++) {
+        let hit = closest_hit(origin, d, on);
+        if hit.id == NONE || hit.t >= left {
+            return share;
+        }
+        let s = surface_at(hit, origin, d);
+        share *= 1.0 - materials[shapes[s.shape].index.x].more.w;
+        if share <= 0.0 {
+            return 0.0;
+        }
+        origin = offset_point(s, select(-s.ng, s.ng, dot(s.ng, d) > 0.0));
+        on = hit.id;
+        left -= hit.t;
+    }
+    return 0.0;
+}
+
+/// Adds the light that the shadow ray asked for; `share` of it arrives.
+fn path_shadow(path: ptr<function, Path>, share: f32) {
+    (*path).rays += 1.0;
+    (*path).light += (*path).shadow_light * share;
+}
+
+/// The light that the path brought to its pixel; w: the rays that it took.
+fn path_light(path: Path) -> vec4<f32> {
+    // What is not a number would spoil all samples of the pixel. Bits are compared, since WGSL may assume that no
+    // such value occurs.
+    let bits = bitcast<vec3<u32>>(path.light) & vec3<u32>(0x7f800000u);
+    if any(bits == vec3<u32>(0x7f800000u)) {
+        return vec4<f32>(0.0, 0.0, 0.0, path.rays);
+    }
+    return vec4<f32>(path.light, path.rays);
 }
 
 /// One sample of the light that a pixel receives; w: the rays that it took.
 fn radiance(pixel: vec2<u32>, sample: u32) -> vec4<f32> {
-    let key = sample_key(pixel, sample);
-    var ray = camera_ray(pixel, key);
-    var light = vec3<f32>(0.0);
-    var beta = vec3<f32>(1.0);
-    // Undoes the η² in `beta`, so that roulette does not kill what only passes through glass.
-    var eta_scale = 1.0;
-    var pdf = DELTA_PDF;
-    var absorption = vec3<f32>(0.0);
-    var rays = 0.0;
-    var start = NONE;
-    for (var bounce = 0u; ; bounce++) {
-        // Find what the ray meets, through the medium that it crosses.
-        let hit = closest_hit(ray.o, ray.d, start);
-        rays += 1.0;
-        beta *= transmittance(absorption, hit.t);
-        if hit.id == NONE {
-            light += beta * params.sky.xyz * select(1.0, params.sky.w, bounce == 0u);
-            break;
-        }
-        let s = surface_at(hit, ray.o, ray.d);
-        let m = materials[shapes[s.shape].index.x];
-
-        // Add what it emits; what light sampling could have found counts in part.
-        if m.kind.x == MATERIAL_EMITTER {
-            let emitted = light_eval(s.shape, dot(s.ng, ray.d) < 0.0);
-            var weight = 1.0;
-            if pdf != DELTA_PDF {
-                weight = power_heuristic(pdf, light_pdf(s, ray.o));
-            }
-            light += beta * emitted * weight;
-            break;
-        }
-        if bounce >= params.max_bounces {
-            break;
-        }
-
-        // Sample a light.
-        let v = vertex_at(s, hit, ray.d);
-        let dimension = DIM_BOUNCE + bounce * DIM_STRIDE;
-        if params.light_count > 0u && !bsdf_is_delta(m) {
-            let direct = direct_light(m, v, absorption, random_2d(key, dimension + DIM_LIGHT));
-            light += beta * direct.xyz;
-            rays += direct.w;
-        }
-
-        // Choose where to go on.
-        let next = bsdf_sample(m, v.wo, v.front, random_2d(key, dimension + DIM_BSDF));
-        let d = from_local(v.frame, next.wi);
-        let above = dot(d, v.ng) > 0.0;
-        if next.pdf == 0.0 || above != (next.wi.z > 0.0) {
-            break;
-        }
-        beta *= next.weight;
-        pdf = next.pdf;
-        start = hit.id;
-        ray = Ray(offset_point(v.p, select(-v.ng, v.ng, above)), normalize(d));
-        if !above {
-            absorption = select(vec3<f32>(0.0), m.extra.xyz, v.front);
-            eta_scale *= next.eta * next.eta;
-        }
-
-        // End paths that carry little, and let the others carry their share.
-        if bounce + 1u >= params.roulette_from {
-            let survival = clamp(max_component(beta) * eta_scale, 0.05, 1.0);
-            if random_1d(key, dimension + DIM_ROULETTE) >= survival {
-                break;
-            }
-            beta /= survival;
+    var path = path_start(pixel, sample);
+    while path.alive {
+        let hit = closest_hit(path.o, path.d, path.start);
+        path_shade(&path, hit);
+        if path.shadow_t > 0.0 {
+            path_shadow(&path, shadow_share(path.shadow_o, path.shadow_d, path.shadow_t, path.start));
         }
     }
-    // What is not a number would spoil all samples of the pixel. Bits are compared, since WGSL may assume that no
-    // such value occurs.
-    let bits = bitcast<vec3<u32>>(light) & vec3<u32>(0x7f800000u);
-    if any(bits == vec3<u32>(0x7f800000u)) {
-        return vec4<f32>(0.0, 0.0, 0.0, rays);
-    }
-    return vec4<f32>(light, rays);
+    return path_light(path);
 }

@@ -6,14 +6,18 @@
 const SAMPLER_SOBOL: u32 = 0u;
 const SAMPLER_RANDOM: u32 = 1u;
 
-// The dimensions of a path: the camera's, then DIM_STRIDE a bounce.
+// The dimensions of a path: the camera's, then DIM_STRIDE a bounce. `random_2d` and `random_1d` number theirs apart.
 const DIM_FILTER: u32 = 0u;
 const DIM_LENS: u32 = 1u;
 const DIM_BOUNCE: u32 = 2u;
 const DIM_STRIDE: u32 = 3u;
 const DIM_BSDF: u32 = 0u;
 const DIM_LIGHT: u32 = 1u;
-const DIM_ROULETTE: u32 = 2u;
+const DIM_CHOICE: u32 = 2u;
+/// Of `random_1d`.
+const DIM_ROULETTE: u32 = 0u;
+const DIM_TECHNIQUE: u32 = 1u;
+const DIM_CUTOUT: u32 = 0x40000000u;
 
 /// What the numbers of one sample of one pixel are made from.
 struct SampleKey {

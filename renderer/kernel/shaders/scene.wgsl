@@ -12,6 +12,28 @@ const MATERIAL_DIFFUSE: u32 = 0u;
 const MATERIAL_METAL: u32 = 1u;
 const MATERIAL_DIELECTRIC: u32 = 2u;
 const MATERIAL_EMITTER: u32 = 3u;
+const MATERIAL_GLOSSY: u32 = 4u;
+const MATERIAL_MIX: u32 = 5u;
+
+/// Flags of `Material::kind.y`; the low bits of a diffuse one are its model.
+const DIFFUSE_EON: u32 = 0u;
+const DIFFUSE_FON: u32 = 1u;
+const DIFFUSE_QON: u32 = 2u;
+const DIFFUSE_MODEL: u32 = 3u;
+/// Reflectance by refractive index and extinction instead of F82-tint.
+const METAL_SPECTRUM: u32 = 1u;
+/// Light scattered more than once between microfacets is added.
+const COMPENSATE: u32 = 2u;
+/// A sheet without thickness.
+const DIELECTRIC_THIN: u32 = 4u;
+
+/// Both sides shine.
+const EMITTER_TWO_SIDED: u32 = 16u;
+/// A random number decides between its parts.
+const CHOICE: u32 = 8u;
+
+/// `Params::features`: what occurs in the scene.
+const FEATURE_CUTOUT: u32 = 1u;
 
 /// `Light::kind.x`.
 const LIGHT_TRIANGLE: u32 = 0u;
@@ -26,6 +48,8 @@ const PLANE_BIT: u32 = 0x80000000u;
 
 /// Intervals of the filter's inverse distribution function in `tables`, which has one entry more.
 const FILTER_CELLS: u32 = 256u;
+/// Where the tables of albedos begin in `tables`, after the filter.
+const TABLE_ALBEDO: u32 = 260u;
 
 /// What holds for the whole picture.
 struct Params {
@@ -49,9 +73,13 @@ struct Params {
     /// Planes are the first so many of `shapes`.
     plane_count: u32,
     primitive_count: u32,
-    padding_0: u32,
-    padding_1: u32,
-    padding_2: u32,
+    features: u32,
+    /// Chance of a light sample where only one of two techniques is tried; below 0 both are, always.
+    light_chance: f32,
+    /// The most that throughput · MIS weight may be where light is added.
+    clamp: f32,
+    /// The media around the eye, as `Path::media`.
+    media: vec4<u32>,
 }
 
 /// A primitive of the BVH, in its leaf order: the coordinates of its corners, a lane each, so that all edges are tested
@@ -62,7 +90,7 @@ struct Primitive {
     z: vec4<f32>,
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
-    /// Index in its shape; the rest is unused.
+    /// Index in its shape; 1 if u grows along the last edge instead of the first; the rest is unused.
     index: vec4<u32>,
 }
 
@@ -76,18 +104,25 @@ struct Shape {
     world_from_object_x: vec4<f32>,
     world_from_object_y: vec4<f32>,
     world_from_object_z: vec4<f32>,
-    /// Emitted radiance; w: 1 if both sides emit, else 0.
-    emission: vec4<f32>,
-    /// Material, first light or NONE, unused, node.
+    /// Material, first light or NONE, first of the emitters among `materials` or NONE, node.
     index: vec4<u32>,
 }
 
+/// A node of a material's tree. What is stated for some kinds is unused by the others.
 struct Material {
-    /// diffuse, metal: reflectance; w: roughness (diffuse) or α (metal).
+    /// diffuse: reflectance, then roughness; metal: reflectance at normal incidence or refractive index, then the
+    /// cosine of the tangent's turn; emitter: radiance.
     color: vec4<f32>,
-    /// metal: the Lazányi term a of F82-tint; dielectric: absorption a metre; w: ior.
+    /// metal: the Lazányi term a of F82-tint or extinction, then the sine of the tangent's turn; dielectric: absorption
+    /// a metre, then ior.
     extra: vec4<f32>,
-    /// MATERIAL_….
+    /// metal: tint of light scattered more than once; all: opacity.
+    more: vec4<f32>,
+    /// GGX: α along the tangent, α across it, roughness, anisotropy; glossy: α, ior, roughness, metalness; mix: the
+    /// share of the second.
+    lobe: vec4<f32>,
+    /// MATERIAL_…, flags, then: dielectric: priority (a signed number); glossy: the material beneath, the metal mixed
+    /// in; mix: the two; emitter: the coat over it or NONE, the shape's next emitter or NONE.
     kind: vec4<u32>,
 }
 
@@ -135,6 +170,14 @@ fn world_point(shape: u32, p: vec3<f32>) -> vec3<f32> {
         dot(shapes[shape].world_from_object_x, q),
         dot(shapes[shape].world_from_object_y, q),
         dot(shapes[shape].world_from_object_z, q),
+    );
+}
+
+fn world_vector(shape: u32, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        dot(shapes[shape].world_from_object_x.xyz, v),
+        dot(shapes[shape].world_from_object_y.xyz, v),
+        dot(shapes[shape].world_from_object_z.xyz, v),
     );
 }
 

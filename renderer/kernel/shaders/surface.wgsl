@@ -6,6 +6,10 @@ struct Surface {
     ng: vec3<f32>,
     /// Shading normal, on the side of `ng`.
     ns: vec3<f32>,
+    /// Growing u: along the surface, not normalised.
+    tangent: vec3<f32>,
+    /// The largest coordinate that `p` was computed from: what its rounding errors are in proportion to.
+    reach: f32,
     shape: u32,
     /// Index of the primitive in its shape.
     primitive: u32,
@@ -42,21 +46,39 @@ fn surface_of_flat(hit: Hit) -> Surface {
         }
     }
     let p = a + hit.uv.x * ab + hit.uv.y * ac;
-    return Surface(p, ng, ns, shade.w & ~PRIMITIVE_KIND, primitives[hit.id].index.x);
+    let far = max(max(abs(x), abs(y)), abs(z));
+    let reach = max(max(far.x, far.y), max(far.z, far.w));
+    let index = primitives[hit.id].index;
+    let tangent = select(ab, ac, index.y != 0u);
+    return Surface(p, ng, ns, tangent, reach, shade.w & ~PRIMITIVE_KIND, index.x);
 }
 
 fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let shape = primitives[hit.id].shade.w & ~PRIMITIVE_KIND;
     let p = normalize(object_point(shape, o) + hit.t * object_vector(shape, d));
     let n = normalize(world_normal(shape, p));
-    return Surface(world_point(shape, p), n, n, shape, 0u);
+    // Round the object's y axis.
+    let tangent = vec3<f32>(p.z, 0.0, -p.x);
+    return Surface(world_point(shape, p), n, n, world_vector(shape, tangent), shape_reach(shape, 1.0), shape, 0u);
 }
 
 fn surface_of_plane(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let shape = hit.id & ~PLANE_BIT;
     let p = object_point(shape, o + hit.t * d);
     let n = normalize(world_normal(shape, vec3<f32>(0.0, 0.0, 1.0)));
-    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, shape, 0u);
+    let reach = shape_reach(shape, max(abs(p.x), abs(p.y)));
+    let tangent = world_vector(shape, vec3<f32>(1.0, 0.0, 0.0));
+    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, tangent, reach, shape, 0u);
+}
+
+// The largest coordinate of a point within `r` of the origin of the shape's own space, about.
+fn shape_reach(shape: u32, r: f32) -> f32 {
+    let x = shapes[shape].world_from_object_x;
+    let y = shapes[shape].world_from_object_y;
+    let z = shapes[shape].world_from_object_z;
+    let at = max(abs(x.w), max(abs(y.w), abs(z.w)));
+    let size = max(dot(abs(x.xyz), vec3<f32>(1.0)), max(dot(abs(y.xyz), vec3<f32>(1.0)), dot(abs(z.xyz), vec3<f32>(1.0))));
+    return at + r * size;
 }
 
 /// The surface where the ray from `o` along `d` was hit.
@@ -70,18 +92,13 @@ fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     return surface_of_flat(hit);
 }
 
-fn offset_component(p: f32, n: f32) -> f32 {
-    if abs(p) < 0.03125 {
-        return p + n * 1.52587890625e-5;
-    }
-    let ulps = i32(256.0 * n);
-    return bitcast<f32>(bitcast<i32>(p) + select(ulps, -ulps, p < 0.0));
-}
+/// How far a point is moved off its surface, in parts of the largest coordinate that it was computed from: about 16
+/// units in the last place. What is flat cannot be met again anyway; this is for its neighbours.
+const OFFSET: f32 = 1e-6;
 
-/// `p` moved off its surface to the side that `n` points to, by so much that a ray from there does not hit it again
-/// (Wächter and Binder, Ray Tracing Gems ch. 6).
-fn offset_point(p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(offset_component(p.x, n.x), offset_component(p.y, n.y), offset_component(p.z, n.z));
+/// `p` moved off its surface to the side that `n` points to.
+fn offset_point(s: Surface, n: vec3<f32>) -> vec3<f32> {
+    return s.p + n * (OFFSET * s.reach);
 }
 
 /// Axes x, y, n of a right-handed frame about the unit vector n (Duff et al., JCGT 6(1), 2017).
@@ -100,6 +117,18 @@ fn frame_about(n: vec3<f32>) -> Frame {
         vec3<f32>(b, s + n.y * n.y * a, -n.y),
         n,
     );
+}
+
+/// The frame about the unit vector n whose x is nearest to `tangent` turned about n by the angle with this cosine and sine.
+fn frame_along(n: vec3<f32>, tangent: vec3<f32>, cos_sin: vec2<f32>) -> Frame {
+    let across = cross(n, tangent);
+    let length_2 = dot(across, across);
+    if !(length_2 > 0.0) {
+        return frame_about(n);
+    }
+    let y = across / sqrt(length_2);
+    let x = cross(y, n);
+    return Frame(cos_sin.x * x + cos_sin.y * y, cos_sin.x * y - cos_sin.y * x, n);
 }
 
 fn to_local(frame: Frame, v: vec3<f32>) -> vec3<f32> {

@@ -1,9 +1,11 @@
 //! The flat arrays that both backends read, laid out as `shaders/scene.wgsl` declares them.
 
+use glam::{UVec4, Vec4};
 use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::CwBvh;
 
-use crate::generated::{BVH_STACK, Kernel, Light, Material, Params, Primitive, Shape};
+use crate::albedo;
+use crate::generated::{BVH_STACK, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO};
 use crate::query::Native;
 
 /// Samples of one pass: the unit in which samples are summed in f32 on a backend, to be folded in f64 on the host.
@@ -27,7 +29,8 @@ pub struct Packed {
     pub materials: Vec<Material>,
     /// `params.light_count` of them are real. Not empty.
     pub lights: Vec<Light>,
-    /// The filter's inverse distribution function, `FILTER_CELLS + 1` offsets in pixels.
+    /// The filter's inverse distribution function, `FILTER_CELLS + 1` offsets in pixels, and from `TABLE_ALBEDO` on the
+    /// albedos of [`crate::albedo::tables`].
     pub tables: Vec<f32>,
 }
 
@@ -39,6 +42,22 @@ pub struct TooDeep {
 }
 
 impl Packed {
+    /// A scene with nothing in it: every array as short as it may be, and a filter that is a point.
+    pub fn empty() -> Self {
+        let mut tables = vec![0.0; TABLE_ALBEDO as usize];
+        tables.extend_from_slice(albedo::tables());
+        Self {
+            params: Params { clamp: f32::MAX, light_chance: -1.0, media: UVec4::splat(NONE), ..Params::default() },
+            bvh: CwBvh::default(),
+            narrow: None,
+            primitives: vec![Primitive::default()],
+            shapes: vec![Shape { index: UVec4::new(0, NONE, NONE, 0), ..Shape::default() }],
+            materials: vec![Material { more: Vec4::W, ..Material::default() }],
+            lights: vec![Light::default()],
+            tables,
+        }
+    }
+
     /// Runs `f` with the translated shaders over these arrays.
     pub fn with_kernel<R>(&self, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
         let native = Native::new(&self.bvh, self.narrow.as_ref());

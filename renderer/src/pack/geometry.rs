@@ -5,11 +5,12 @@ use kinora_kernel::generated::{
     LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE,
     PRIMITIVE_TRIANGLE,
 };
-use kinora_kernel::{Primitive, Shape as PackedShape};
-use kinora_scene::{Emission, Frame, Instance, Material, Mesh, Shape, Still, World};
+use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape};
+use kinora_scene::{Frame, Instance, Mesh, Shape, Still, World};
 use obvhs::{Boundable, aabb::Aabb};
 
 use super::lights::{Light, light, luminance};
+use super::materials::{add_emitters, emitters};
 use super::{NO_LIGHT, PackError, TURN};
 
 /// The box of a primitive.
@@ -29,6 +30,8 @@ pub struct Geometry {
     pub boxes: Vec<Bounds>,
     pub shapes: Vec<PackedShape>,
     pub lights: Vec<Light>,
+    /// Those of the world, then what belongs to them or to single shapes.
+    pub materials: Vec<PackedMaterial>,
 }
 
 /// Larger coordinates lose more to rounding than any scene can bear, and their squares overflow.
@@ -42,35 +45,33 @@ impl Geometry {
         let first = self.primitives.len();
         let first_light = self.lights.len() as u32;
         let mut record = PackedShape::default();
-        let emission = Emitted::of(instance, world);
+        let emission = self.emission(instance, world, &mut record);
         match &instance.shape {
             Shape::Sphere { radius_m } => {
                 let place = place * DAffine3::from_scale(DVec3::splat(*radius_m));
                 set_transform(&mut record, place);
                 self.add_sphere(shape, place);
-                if let Some(e) = &emission {
-                    self.lights.push(sphere_light(shape, place, e));
+                if let Some(power_per_m2) = emission {
+                    self.lights.push(sphere_light(shape, place, power_per_m2));
                 }
             }
             Shape::Box { size_m } => {
                 for frame in box_faces() {
                     let place = place * DAffine3::from_translation(frame.z * *size_m * 0.5);
                     let size = DVec2::new((frame.x * *size_m).length(), (frame.y * *size_m).length());
-                    self.add_quad(shape, first, place, frame, size, emission.as_ref());
+                    self.add_quad(shape, first, place, frame, size, emission);
                 }
             }
             Shape::Quad { frame, size_m } => {
-                self.add_quad(shape, first, place, *frame, *size_m, emission.as_ref());
+                self.add_quad(shape, first, place, *frame, *size_m, emission);
             }
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
-            Shape::Mesh(mesh) => self.add_mesh(shape, first, place, mesh, emission.as_ref()),
+            Shape::Mesh(mesh) => self.add_mesh(shape, first, place, mesh, emission),
         }
-        record.emission =
-            emission.as_ref().map_or(Vec4::ZERO, |e| e.radiance.extend(if e.two_sided { 1.0 } else { 0.0 }));
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
-        record.index = UVec4::new(instance.material as u32, first_light, 0, instance.node as u32);
+        record.index = UVec4::new(instance.material as u32, first_light, record.index.z, instance.node as u32);
         self.shapes.push(record);
 
         let far = |v: Vec3A| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
@@ -80,6 +81,17 @@ impl Geometry {
             return Err(PackError::Coordinates { node: instance.node });
         }
         Ok(())
+    }
+
+    // The power of a square metre of the shape, if it shines; the record gets its emitters.
+    fn emission(&mut self, instance: &Instance, world: &World, record: &mut PackedShape) -> Option<f64> {
+        let area = || area_m2(&instance.shape, instance.world_from_object);
+        let found = emitters(&world.materials, instance.material, &self.materials, area);
+        record.index.z = add_emitters(&mut self.materials, &found);
+        let cover = f64::from(self.materials.get(instance.material)?.more.w);
+        let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
+        (!found.is_empty())
+            .then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
@@ -127,23 +139,27 @@ impl Geometry {
         place: DAffine3,
         frame: Frame,
         size: DVec2,
-        emission: Option<&Emitted>,
+        emission: Option<f64>,
     ) {
         let mut u = place.transform_vector3(frame.x * size.x);
         let mut v = place.transform_vector3(frame.y * size.y);
-        if place.matrix3.determinant() < 0.0 {
+        let mirrored = place.matrix3.determinant() < 0.0;
+        if mirrored {
             std::mem::swap(&mut u, &mut v);
         }
         let origin = place.translation - (u + v) * 0.5;
         let corners = [origin, origin + u, origin + u + v, origin + v];
         self.add_flat(shape | PRIMITIVE_PARALLELOGRAM, self.primitives.len() - first, corners, [0; 3]);
-        if let Some(e) = emission {
+        if let (true, Some(primitive)) = (mirrored, self.primitives.last_mut()) {
+            primitive.index.y = 1;
+        }
+        if let Some(power_per_m2) = emission {
             let area = u.cross(v).length();
-            self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * e.power_per_m2()));
+            self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * power_per_m2));
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, first: usize, place: DAffine3, mesh: &Mesh, emission: Option<&Emitted>) {
+    fn add_mesh(&mut self, shape: u32, first: usize, place: DAffine3, mesh: &Mesh, emission: Option<f64>) {
         let positions: Vec<DVec3> = mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
         let by_normal = normal_matrix(place);
         let normals: Vec<u32> = mesh
@@ -166,38 +182,12 @@ impl Geometry {
             debug_assert_eq!(self.primitives.len() - first, i);
             let [a, b, c] = corners;
             self.add_flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
-            if let Some(e) = emission {
+            if let Some(power_per_m2) = emission {
                 let edges = [corners[1] - corners[0], corners[2] - corners[0]];
                 let area = 0.5 * edges[0].cross(edges[1]).length();
-                self.lights.push(light(LIGHT_TRIANGLE, shape, corners[0], edges, area, area * e.power_per_m2()));
+                self.lights.push(light(LIGHT_TRIANGLE, shape, corners[0], edges, area, area * power_per_m2));
             }
         }
-    }
-}
-
-/// What an emissive shape sends out.
-struct Emitted {
-    radiance: Vec3,
-    two_sided: bool,
-}
-
-impl Emitted {
-    fn of(instance: &Instance, world: &World) -> Option<Emitted> {
-        let Material::Emitter { color, emission, two_sided } = world.materials.get(instance.material)? else {
-            return None;
-        };
-        let scale = match emission {
-            Emission::Radiance(radiance) => *radiance,
-            Emission::Power(power) => {
-                let sides = if *two_sided { 2.0 } else { 1.0 };
-                power / (std::f64::consts::PI * sides * area_m2(&instance.shape, instance.world_from_object))
-            }
-        };
-        Some(Emitted { radiance: (color.as_dvec3() * scale).as_vec3(), two_sided: *two_sided })
-    }
-
-    fn power_per_m2(&self) -> f64 {
-        luminance(self.radiance) * if self.two_sided { 2.0 } else { 1.0 }
     }
 }
 
@@ -254,9 +244,9 @@ fn radius_of(place: DAffine3) -> Option<f64> {
     (largest <= radius_2 * 1e-9).then(|| radius_2.sqrt())
 }
 
-fn sphere_light(shape: u32, place: DAffine3, e: &Emitted) -> Light {
+fn sphere_light(shape: u32, place: DAffine3, power_per_m2: f64) -> Light {
     let area = ellipsoid_area(place);
-    let power = area * e.power_per_m2();
+    let power = area * power_per_m2;
     match radius_of(place) {
         Some(radius) => light(LIGHT_SPHERE, shape, place.translation, [DVec3::X * radius, DVec3::ZERO], area, power),
         None => {

@@ -1,28 +1,258 @@
-//! Materials as the kernel reads them.
+//! Materials as the kernel reads them: a tree of records each, whose roots stand where the world has them. What follows
+//! from the tree alone (opacity, colours beneath coats, compensation) is worked out here, once.
 
-use glam::{UVec4, Vec3};
-use kinora_kernel::Material as Packed;
-use kinora_kernel::generated::{MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_METAL};
-use kinora_scene::{Material, Still};
+use glam::{IVec4, UVec4, Vec3, Vec4};
+use kinora_kernel::generated::{
+    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED, MATERIAL_DIELECTRIC,
+    MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM,
+    MIRROR_ALPHA, NONE,
+};
+use kinora_kernel::{Material as Packed, Packed as Scene, albedo};
+use kinora_scene::{Bsdf, DiffuseModel, Emission, Material, Reflectance, Still};
 
-/// What follows from the material alone; emission belongs to the shapes.
-pub fn pack(material: &Material<Still>) -> Packed {
-    let of = |kind, color: Vec3, color_w: f64, extra: Vec3, extra_w: f64| Packed {
-        color: color.extend(color_w as f32),
-        extra: extra.extend(extra_w as f32),
-        kind: UVec4::new(kind, 0, 0, 0),
-    };
-    match material {
-        Material::Diffuse { color, roughness } => of(MATERIAL_DIFFUSE, *color, *roughness, Vec3::ZERO, 0.0),
-        Material::Metal { color, edge_tint, roughness } => {
-            of(MATERIAL_METAL, *color, roughness * roughness, f82_term(*color, *edge_tint), 0.0)
+use super::{PackError, spectra};
+
+/// One emitter of a material's tree, on a shape.
+#[derive(Clone, Debug)]
+pub struct Emitter {
+    /// W/(m² sr), by channel, with the share that the emitter has in the mixture.
+    pub radiance: Vec3,
+    /// Whether the inner side shines too.
+    pub two_sided: bool,
+    /// The coats over it, from the outside.
+    pub coats: Vec<usize>,
+}
+
+/// The records of `materials`, at the same indices; others that they refer to follow.
+///
+/// # Errors
+/// A tree is too deep.
+pub fn pack(materials: &[Material<Still>]) -> Result<Vec<Packed>, PackError> {
+    let mut records: Vec<Packed> = Vec::with_capacity(materials.len());
+    let mut more = Vec::new();
+    let mut depths: Vec<u32> = Vec::with_capacity(materials.len());
+    for material in materials {
+        let beneath = |i: usize| depths.get(i).copied().unwrap_or(0);
+        let depth = 1 + match material.bsdf {
+            Bsdf::Mix { a, b, .. } => beneath(a).max(beneath(b)),
+            Bsdf::Glossy { base, .. } => beneath(base),
+            _ => 0,
+        };
+        if depth >= MAX_DEPTH {
+            return Err(PackError::Materials { limit: MAX_DEPTH as usize });
         }
-        Material::Dielectric { ior, attenuation_color, attenuation_distance_m } => {
-            let absorption = absorption_per_m(*attenuation_color, *attenuation_distance_m);
-            of(MATERIAL_DIELECTRIC, Vec3::ONE, 0.0, absorption, *ior)
-        }
-        Material::Emitter { .. } => Packed { kind: UVec4::new(MATERIAL_EMITTER, 0, 0, 0), ..Packed::default() },
+        depths.push(depth);
+        let record = record(material, materials, &records, &mut more);
+        records.push(record);
     }
+    Ok(records.into_iter().chain(more).collect())
+}
+
+fn record(
+    material: &Material<Still>,
+    materials: &[Material<Still>],
+    known: &[Packed],
+    more: &mut Vec<Packed>,
+) -> Packed {
+    let opacity = |i: usize| f64::from(known[i].more.w);
+    match &material.bsdf {
+        Bsdf::Diffuse { color, roughness, model } => {
+            let model = match model {
+                DiffuseModel::Eon => DIFFUSE_EON,
+                DiffuseModel::Fon => DIFFUSE_FON,
+                DiffuseModel::Qon => DIFFUSE_QON,
+            };
+            let choice = if *roughness > 0.0 { CHOICE } else { 0 };
+            Packed {
+                color: color.extend(0.0),
+                more: covering(material.opacity),
+                lobe: Vec4::new(0.0, 0.0, *roughness as f32, 0.0),
+                kind: UVec4::new(MATERIAL_DIFFUSE, model | choice, 0, 0),
+                ..Packed::default()
+            }
+        }
+        &Bsdf::Metal { ref reflectance, roughness, anisotropy, anisotropy_rotation, energy_compensation } => {
+            let (color, extra, flags) = match reflectance {
+                Reflectance::Tint { color, edge_tint } => (*color, f82_term(*color, *edge_tint), 0),
+                Reflectance::Spectrum(spectrum) => {
+                    let [n, k] = spectra::constants(*spectrum);
+                    (n, k, METAL_SPECTRUM)
+                }
+            };
+            metal(Packed {
+                color: color.extend(anisotropy_rotation.cos() as f32),
+                extra: extra.extend(anisotropy_rotation.sin() as f32),
+                more: covering(material.opacity),
+                lobe: widths(roughness, anisotropy),
+                kind: UVec4::new(MATERIAL_METAL, flags | if energy_compensation { COMPENSATE } else { 0 }, 0, 0),
+            })
+        }
+        &Bsdf::Dielectric {
+            ior,
+            roughness,
+            energy_compensation,
+            attenuation_color,
+            attenuation_distance_m,
+            thin,
+            priority,
+        } => {
+            let absorption =
+                if thin { Vec3::ZERO } else { absorption_per_m(attenuation_color, attenuation_distance_m) };
+            let lobe = widths(roughness, 0.0);
+            let mut flags = if thin { DIELECTRIC_THIN } else { 0 };
+            if lobe.x >= MIRROR_ALPHA {
+                flags |= CHOICE | if energy_compensation { COMPENSATE } else { 0 };
+            }
+            Packed {
+                color: Vec4::ONE,
+                extra: absorption.extend(ior as f32),
+                more: covering(material.opacity),
+                lobe,
+                kind: IVec4::new(MATERIAL_DIELECTRIC as i32, flags as i32, priority, 0).as_uvec4(),
+            }
+        }
+        &Bsdf::Glossy { base, ior, roughness, metalness } => {
+            let color = color_of(materials, base);
+            let metal_beneath = metal(Packed {
+                color: color.extend(1.0),
+                more: covering(1.0),
+                lobe: widths(roughness, 0.0),
+                kind: UVec4::new(MATERIAL_METAL, COMPENSATE, 0, 0),
+                ..Packed::default()
+            });
+            let metal_index = if metalness > 0.0 {
+                more.push(metal_beneath);
+                materials.len() + more.len() - 1
+            } else {
+                // Never chosen.
+                base
+            };
+            let alpha = widths(roughness, 0.0).x;
+            Packed {
+                more: covering(material.opacity * opacity(base)),
+                lobe: Vec4::new(alpha, ior as f32, roughness as f32, metalness as f32),
+                kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal_index as u32),
+                ..Packed::default()
+            }
+        }
+        &Bsdf::Mix { a, b, amount } => {
+            let share = amount * opacity(b);
+            let met = (1.0 - amount) * opacity(a) + share;
+            Packed {
+                more: covering(material.opacity * met),
+                lobe: Vec4::new(if met > 0.0 { share / met } else { 0.0 } as f32, 0.0, 0.0, 0.0),
+                kind: UVec4::new(MATERIAL_MIX, CHOICE, a as u32, b as u32),
+                ..Packed::default()
+            }
+        }
+        Bsdf::Emitter { .. } => Packed {
+            more: covering(material.opacity),
+            kind: UVec4::new(MATERIAL_EMITTER, 0, NONE, NONE),
+            ..Packed::default()
+        },
+    }
+}
+
+fn covering(opacity: f64) -> Vec4 {
+    Vec3::ZERO.extend(opacity as f32)
+}
+
+// α along and across the tangent, roughness, anisotropy; smooth only as a whole.
+fn widths(roughness: f64, anisotropy: f64) -> Vec4 {
+    let [along, across] = albedo::alphas(roughness, anisotropy).map(|alpha| alpha as f32);
+    let narrowest = if along < MIRROR_ALPHA { 0.0 } else { MIRROR_ALPHA };
+    Vec4::new(along.max(narrowest), across.max(narrowest), roughness as f32, anisotropy as f32)
+}
+
+// Fills in what light scattered more than once is worth (Kulla and Conty 2017): F²E / (1 − F(1 − E)) / (1 − E), with F
+// and E the averages of reflectance and albedo.
+fn metal(mut record: Packed) -> Packed {
+    let lost = albedo::average_lost(f64::from(record.lobe.z), f64::from(record.lobe.w)) as f32;
+    if record.lobe.x < MIRROR_ALPHA || record.kind.y & COMPENSATE == 0 || lost < 1e-5 {
+        record.kind.y &= !COMPENSATE;
+        return record;
+    }
+    let mut scene = Scene::empty();
+    scene.materials[0] = record;
+    let reflectance = scene.with_kernel(|kernel| {
+        let bsdf = kernel.bsdf_at(0, 1.0, 0.0);
+        albedo::average(|c| kernel.metal_fresnel(bsdf, c))
+    });
+    let multiple = reflectance * reflectance * (1.0 - lost) / (Vec3::ONE - reflectance * lost);
+    record.more = (multiple / lost).extend(record.more.w);
+    record.kind.y |= CHOICE;
+    record
+}
+
+// The colour that a material has; 0 where it has none. Children come before their parents, so this ends.
+fn color_of(materials: &[Material<Still>], index: usize) -> Vec3 {
+    match materials.get(index).map(|m| &m.bsdf) {
+        Some(Bsdf::Diffuse { color, .. }) => *color,
+        Some(Bsdf::Metal { reflectance: Reflectance::Tint { color, .. }, .. }) => *color,
+        Some(Bsdf::Metal { reflectance: Reflectance::Spectrum(spectrum), .. }) => spectra::facing(*spectrum),
+        Some(&Bsdf::Glossy { base, .. }) => color_of(materials, base),
+        Some(&Bsdf::Mix { a, b, amount }) => color_of(materials, a).lerp(color_of(materials, b), amount as f32),
+        _ => Vec3::ZERO,
+    }
+}
+
+/// What of a material's tree shines, on a shape whose area in the world is `area_m2`.
+pub fn emitters(
+    materials: &[Material<Still>],
+    root: usize,
+    records: &[Packed],
+    area_m2: impl Fn() -> f64,
+) -> Vec<Emitter> {
+    let mut found = Vec::new();
+    let mut open = vec![(root, 1.0_f32, Vec::new())];
+    while let Some((index, share, coats)) = open.pop() {
+        if share <= 0.0 {
+            continue;
+        }
+        match materials.get(index).map(|m| &m.bsdf) {
+            Some(Bsdf::Emitter { color, emission, two_sided }) => {
+                let sides = if *two_sided { 2.0 } else { 1.0 };
+                let radiance = match emission {
+                    Emission::Radiance(radiance) => *radiance,
+                    Emission::Power(power) => power / (std::f64::consts::PI * sides * area_m2()),
+                };
+                let radiance = *color * (radiance * f64::from(share)) as f32;
+                found.push(Emitter { radiance, two_sided: *two_sided, coats });
+            }
+            Some(&Bsdf::Mix { a, b, .. }) => {
+                let second = records[index].lobe.x;
+                open.push((b, share * second, coats.clone()));
+                open.push((a, share * (1.0 - second), coats));
+            }
+            Some(&Bsdf::Glossy { base, metalness, .. }) => {
+                let below = coats.into_iter().chain([index]).collect();
+                open.push((base, share * (1.0 - metalness as f32), below));
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Appends records of `emitters`, one linked to the next; gives the first's index, or NONE.
+pub fn add_emitters(records: &mut Vec<Packed>, emitters: &[Emitter]) -> u32 {
+    let mut next = NONE;
+    for emitter in emitters.iter().rev() {
+        let mut coat = NONE;
+        for &index in &emitter.coats {
+            let kind = UVec4::new(MATERIAL_GLOSSY, 0, NONE, coat);
+            records.push(Packed { lobe: records[index].lobe, kind, ..Packed::default() });
+            coat = records.len() as u32 - 1;
+        }
+        let sides = if emitter.two_sided { EMITTER_TWO_SIDED } else { 0 };
+        records.push(Packed {
+            color: emitter.radiance.extend(0.0),
+            kind: UVec4::new(MATERIAL_EMITTER, sides, coat, next),
+            ..Packed::default()
+        });
+        next = records.len() as u32 - 1;
+    }
+    next
 }
 
 // The factor a of F82-tint (Kutz et al. 2021): Schlick(1/7) · (1 − tint) / (c (1 − c)⁶) at c = 1/7.
@@ -41,6 +271,14 @@ fn absorption_per_m(color: Vec3, distance_m: f64) -> Vec3 {
 mod tests {
     use super::*;
 
+    fn emitter() -> Material<Still> {
+        Bsdf::Emitter { color: Vec3::ONE, emission: Emission::Radiance(2.0), two_sided: false }.into()
+    }
+
+    fn matt() -> Material<Still> {
+        Bsdf::Diffuse { color: Vec3::splat(0.5), roughness: 0.0, model: DiffuseModel::Eon }.into()
+    }
+
     #[test]
     fn absorption_gives_the_colour_after_its_distance() {
         let a = absorption_per_m(Vec3::new(0.5, 1.0, 0.0), 0.5);
@@ -53,5 +291,28 @@ mod tests {
     #[test]
     fn a_white_edge_leaves_schlick_alone() {
         assert_eq!(f82_term(Vec3::splat(0.9), Vec3::ONE), Vec3::ZERO);
+    }
+
+    #[test]
+    fn a_mixture_shares_opacity_and_light() {
+        let half = Material { opacity: 0.5, ..matt() };
+        let mix = Material { opacity: 0.8, bsdf: Bsdf::Mix { a: 0, b: 1, amount: 0.5 } };
+        let materials = [emitter(), half, mix];
+        let records = pack(&materials).expect("a shallow tree");
+        // Of the rays that meet it, one third meets the half that is cut out by half.
+        assert!((records[2].more.w - 0.8 * 0.75).abs() < 1e-6);
+        assert!((records[2].lobe.x - 1.0 / 3.0).abs() < 1e-6);
+        let found = emitters(&materials, 2, &records, || 1.0);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].radiance.x - 4.0 / 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_tree_too_deep_is_refused() {
+        let mut materials = vec![matt()];
+        for i in 0..MAX_DEPTH as usize {
+            materials.push(Bsdf::Mix { a: i, b: i, amount: 0.5 }.into());
+        }
+        assert_eq!(pack(&materials).err(), Some(PackError::Materials { limit: MAX_DEPTH as usize }));
     }
 }

@@ -3,19 +3,22 @@
 //! Flat shapes become parallelograms and triangles in world space, spheres stay exact, infinite planes stand beside the tree. All
 //! placing is done in f64 and rounded once.
 
+mod eye;
 mod filter;
 mod geometry;
 mod lights;
 mod materials;
+mod spectra;
 
 use std::f64::consts::TAU;
 
-use glam::{DVec3, Vec4};
-use kinora_kernel::generated::{NONE, SAMPLER_RANDOM, SAMPLER_SOBOL};
+use glam::{DVec3, UVec4, Vec4};
+use kinora_kernel::albedo;
+use kinora_kernel::generated::{FEATURE_CUTOUT, NONE, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO};
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::NARROW_STACK;
 use kinora_kernel::{Packed, Params};
-use kinora_scene::{Sampler, World};
+use kinora_scene::{Background, Instance, Mis, Sampler, World};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
@@ -38,6 +41,11 @@ pub enum PackError {
         /// How many there may be.
         limit: usize,
     },
+    /// Materials are mixed of mixed ones, or coated, to too many levels.
+    Materials {
+        /// How many levels there may be.
+        limit: usize,
+    },
     /// The geometry lies so that its tree is too deep, for example many shapes in the same place.
     TooDeep {
         /// Levels of the tree.
@@ -51,6 +59,9 @@ impl std::fmt::Display for PackError {
             PackError::Coordinates { .. } => write!(f, "a shape lies outside of what single precision can hold"),
             PackError::TooMany { primitives, limit } => {
                 write!(f, "there are {primitives} triangles, the limit is {limit}")
+            }
+            PackError::Materials { limit } => {
+                write!(f, "a material is mixed or coated to more than {limit} levels")
             }
             PackError::TooDeep { depth } => write!(f, "the tree over the shapes is {depth} levels deep"),
         }
@@ -67,7 +78,7 @@ const MAX_PRIMITIVES: usize = 1 << 28;
 /// # Errors
 /// Geometry beyond the limits that [`PackError`] names.
 pub fn pack(world: &World) -> Result<Packed, PackError> {
-    let mut geometry = Geometry::default();
+    let mut geometry = Geometry { materials: materials::pack(&world.materials)?, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
     let (planes, others): (Vec<_>, Vec<_>) =
         world.instances.iter().partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
@@ -81,17 +92,26 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let light_count = lights::choose_by_power(&mut geometry.lights);
     let primitive_count = geometry.primitives.len() as u32;
     let (bvh, narrow) = build_trees(&mut geometry);
-    let packed = Packed {
-        params: Params { plane_count, primitive_count, light_count, ..params(world) },
+    let mut params = Params { plane_count, primitive_count, light_count, ..params(world) };
+    let cut_out = |instance: &Instance| geometry.materials.get(instance.material).is_some_and(|m| m.more.w < 1.0);
+    if world.instances.iter().any(cut_out) {
+        params.features |= FEATURE_CUTOUT;
+    }
+    let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
+    tables.resize(TABLE_ALBEDO as usize, 0.0);
+    tables.extend_from_slice(albedo::tables());
+    let mut packed = Packed {
+        params,
         bvh,
         narrow,
         primitives: not_empty(geometry.primitives),
         shapes: not_empty(geometry.shapes),
-        materials: not_empty(world.materials.iter().map(materials::pack).collect()),
+        materials: not_empty(geometry.materials),
         lights: not_empty(geometry.lights.into_iter().map(|light| light.packed).collect()),
-        tables: filter::inverse_distribution(world.render.filter, world.render.filter_width),
+        tables,
     };
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
+    packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
     Ok(packed)
 }
 
@@ -158,7 +178,7 @@ fn params(world: &World) -> Params {
     let [width, height] = world.render.resolution;
     let half_height = (view.fov * 0.5).tan();
     let half_width = half_height * f64::from(width) / f64::from(height);
-    let sky_seen = world.sky.as_ref().is_none_or(|sky| sky.visible);
+    let sky_seen = world.sky.as_ref().is_none_or(|sky| sky.visible) && world.render.background == Background::Sky;
     Params {
         camera_x: axis(axes.x_axis),
         camera_y: axis(axes.y_axis),
@@ -174,6 +194,12 @@ fn params(world: &World) -> Params {
         },
         max_bounces: world.render.max_bounces,
         roulette_from: world.render.roulette_from,
+        light_chance: match world.render.mis {
+            Mis::Nee => -1.0,
+            Mis::OneSample(chance) => chance as f32,
+        },
+        clamp: world.render.clamp.map_or(f32::MAX, |most| most as f32),
+        media: UVec4::splat(NONE),
         ..Params::default()
     }
 }

@@ -51,7 +51,7 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "E0206",
         "a property is set twice",
-        "Each property is set once. The last one does not win, because that would hide a mistake. Two properties that say the same, such as `radiance` and `power`, exclude each other.",
+        "Each property is set once. The last one does not win, because that would hide a mistake. Two properties that say the same, such as `radiance` and `power` of an `emitter` or `spectrum` and `color` of a `metal`, exclude each other.",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { radius: 1, radius: 2 }",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { radius: 1 }",
     ),
@@ -343,6 +343,20 @@ pub(super) const ROWS: &[Row] = &[
         "",
     ),
     row(
+        "W0415",
+        "light under a coat",
+        "The coat of a `glossy` reflects and lets through what falls on it; what lies beneath does not shine through.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nglossy coat { base: emitter { radiance: 2W/m^2/sr } }\nsphere ball { material: coat }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nglossy coat { color: #222 }\nsphere ball { material: mix(coat, emitter { radiance: 2W/m^2/sr }, amount: 0.5) }",
+    ),
+    row(
+        "W0416",
+        "a property without effect",
+        "Another property decides whether this one matters, and as it stands it does not.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\ndielectric amber { attenuation_color: #e8a34a }\nsphere ball { material: amber }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\ndielectric amber { attenuation_color: #e8a34a, attenuation_distance: 20cm }\nsphere ball { material: amber }",
+    ),
+    row(
         "W0402",
         "no light",
         "Without a sky or an `emitter` the picture is black.",
@@ -379,8 +393,8 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "E0505",
-        "a node is positioned relative to itself",
-        "Each moves with the other, so neither has a place.",
+        "a node needs itself",
+        "Two nodes that each move with the other have no place, and two materials that each contain the other are nothing.",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere a { parent: b }\nsphere b { parent: a }",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere a { parent: b }\nsphere b { position: (0, 1, 0) }",
     ),

@@ -1,7 +1,34 @@
 // What all materials share: `sample`, `eval` and `pdf` in the frame of the shading normal, with `wo` above it (z > 0).
+// A point shows one material of a tree, chosen by chance where materials are mixed, under at most one coat.
 
 /// The pdf of a direction that only one direction of `wo` leads to.
 const DELTA_PDF: f32 = -1.0;
+/// Materials from the root of a tree to a leaf; deeper trees are refused when the scene is packed.
+const MAX_DEPTH: u32 = 64u;
+
+/// A material at a point. What is stated for some kinds is unused by the others.
+struct Bsdf {
+    /// Index of the material, MATERIAL_…, and flags.
+    material: u32,
+    kind: u32,
+    flags: u32,
+    /// As in `Material`.
+    color: vec3<f32>,
+    extra: vec3<f32>,
+    more: vec3<f32>,
+    /// GGX α along x and y.
+    alpha: vec2<f32>,
+    roughness: f32,
+    anisotropy: f32,
+    /// Cosine and sine of the tangent's turn.
+    turn: vec2<f32>,
+    /// dielectric: refractive index of the side away from `wo` over that of its own.
+    eta: f32,
+    /// Of the coat: α, ior, roughness. ior 0: there is none.
+    coat: vec3<f32>,
+    /// What comes through the coat: 1 − its albedo seen from `wo`.
+    under: f32,
+}
 
 struct BsdfSample {
     /// Below the surface (z < 0) after refraction.
@@ -18,19 +45,93 @@ fn no_sample() -> BsdfSample {
     return BsdfSample(vec3<f32>(0.0, 0.0, 1.0), vec3<f32>(0.0), 0.0, 1.0);
 }
 
-/// Whether light sampling can find anything through this material.
-fn bsdf_is_delta(m: Material) -> bool {
-    return m.kind.x == MATERIAL_DIELECTRIC || (m.kind.x == MATERIAL_METAL && m.color.w < MIRROR_ALPHA);
+fn mirror_sample(wo: vec3<f32>, weight: vec3<f32>) -> BsdfSample {
+    return BsdfSample(vec3<f32>(-wo.xy, wo.z), weight, DELTA_PDF, 1.0);
 }
 
-/// f · cos; 0 for delta lobes.
-fn bsdf_eval(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
-    switch m.kind.x {
+// `b` with the chance `share`, else `a`; u is changed to a fresh number in 0 <= u < 1.
+fn branch(u: ptr<function, f32>, share: f32, a: u32, b: u32) -> u32 {
+    let second = *u < share;
+    let rest = select((*u - share) / (1.0 - share), *u / share, second);
+    *u = clamp(rest, 0.0, 0.99999994);
+    return select(a, b, second);
+}
+
+/// The BSDF of `material` seen at cosine `c`; `u`, uniform in 0 <= u < 1, chooses where there is a choice.
+fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
+    var index = material;
+    var choice = u;
+    var coat = vec3<f32>(0.0);
+    var under = 1.0;
+    var inner = 0.0;
+    for (var depth = 0u; depth < MAX_DEPTH; depth++) {
+        let kind = materials[index].kind;
+        if kind.x != MATERIAL_MIX && kind.x != MATERIAL_GLOSSY {
+            break;
+        }
+        let lobe = materials[index].lobe;
+        if kind.x == MATERIAL_MIX {
+            index = branch(&choice, lobe.x, kind.z, kind.w);
+            continue;
+        }
+        let below = branch(&choice, lobe.w, kind.z, kind.w);
+        if below == kind.w {
+            index = below;
+            continue;
+        }
+        let albedo = coat_albedo(lobe.x, lobe.z, lobe.y, c);
+        if coat.y == 0.0 {
+            coat = vec3<f32>(lobe.x, lobe.y, lobe.z);
+            under = 1.0 - albedo;
+            index = below;
+            continue;
+        }
+        // A coat below a coat: the coat alone as often as light comes back from it, else what it covers.
+        index = branch(&choice, 1.0 - albedo, index, below);
+        if index != below {
+            inner = 1.0 / albedo;
+            break;
+        }
+    }
+    let m = materials[index];
+    if inner > 0.0 {
+        let white = vec3<f32>(inner);
+        return Bsdf(index, MATERIAL_GLOSSY, 0u, white, white, white, m.lobe.xx, m.lobe.z, 0.0, vec2<f32>(1.0, 0.0),
+            m.lobe.y, coat, under);
+    }
+    return Bsdf(index, m.kind.x, m.kind.y, m.color.xyz, m.extra.xyz, m.more.xyz, m.lobe.xy, m.lobe.z, m.lobe.w,
+        vec2<f32>(m.color.w, m.extra.w), m.extra.w, coat, under);
+}
+
+// --- what lies below the coat
+
+fn base_is_delta(b: Bsdf) -> bool {
+    switch b.kind {
         case MATERIAL_DIFFUSE: {
-            return diffuse_eval(m, wo, wi);
+            return false;
+        }
+        case MATERIAL_DIELECTRIC: {
+            return dielectric_is_delta(b);
+        }
+        default: {
+            return max(b.alpha.x, b.alpha.y) < MIRROR_ALPHA;
+        }
+    }
+}
+
+fn base_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    switch b.kind {
+        case MATERIAL_DIFFUSE: {
+            return diffuse_eval(b, wo, wi);
         }
         case MATERIAL_METAL: {
-            return metal_eval(m, wo, wi);
+            return metal_eval(b, wo, wi);
+        }
+        case MATERIAL_DIELECTRIC: {
+            return dielectric_eval(b, wo, wi);
+        }
+        case MATERIAL_GLOSSY: {
+            return b.color * coat_eval(b.alpha.x, b.eta, wo, wi);
         }
         default: {
             return vec3<f32>(0.0);
@@ -38,14 +139,19 @@ fn bsdf_eval(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     }
 }
 
-/// The density with which `bsdf_sample` draws `wi`, a steradian; 0 for delta lobes.
-fn bsdf_pdf(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
-    switch m.kind.x {
+fn base_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    switch b.kind {
         case MATERIAL_DIFFUSE: {
-            return diffuse_pdf(m, wo, wi);
+            return diffuse_pdf(b, wo, wi);
         }
         case MATERIAL_METAL: {
-            return metal_pdf(m, wo, wi);
+            return metal_pdf(b, wo, wi);
+        }
+        case MATERIAL_DIELECTRIC: {
+            return dielectric_pdf(b, wo, wi);
+        }
+        case MATERIAL_GLOSSY: {
+            return coat_pdf(b.alpha.x, wo, wi);
         }
         default: {
             return 0.0;
@@ -53,20 +159,89 @@ fn bsdf_pdf(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
     }
 }
 
-/// A direction in proportion to what it carries, as far as possible. `front`: whether `wo` is on the outer side.
-fn bsdf_sample(m: Material, wo: vec3<f32>, front: bool, u: vec2<f32>) -> BsdfSample {
-    switch m.kind.x {
+fn base_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
+    switch b.kind {
         case MATERIAL_DIFFUSE: {
-            return diffuse_sample(m, wo, u);
+            return diffuse_sample(b, wo, u, lobe);
         }
         case MATERIAL_METAL: {
-            return metal_sample(m, wo, u);
+            return metal_sample(b, wo, u, lobe);
         }
         case MATERIAL_DIELECTRIC: {
-            return dielectric_sample(m, wo, front, u.x);
+            return dielectric_sample(b, wo, u, lobe);
+        }
+        case MATERIAL_GLOSSY: {
+            var s = coat_sample(b.alpha.x, b.eta, wo, u);
+            s.weight *= b.color;
+            return s;
         }
         default: {
             return no_sample();
         }
     }
+}
+
+// --- with the coat
+
+/// Whether light can pass to the other side.
+fn bsdf_transmits(b: Bsdf) -> bool {
+    return b.kind == MATERIAL_DIELECTRIC;
+}
+
+/// Whether light sampling can find nothing through it.
+fn bsdf_is_delta(b: Bsdf) -> bool {
+    return b.kind == MATERIAL_EMITTER && b.coat.y == 0.0 || base_is_delta(b) && coat_is_delta(b);
+}
+
+fn coat_is_delta(b: Bsdf) -> bool {
+    return b.coat.y == 0.0 || b.coat.x < MIRROR_ALPHA;
+}
+
+// How often a direction is drawn from the coat.
+fn coat_chance(b: Bsdf) -> f32 {
+    if b.coat.y == 0.0 {
+        return 0.0;
+    }
+    let coat = 1.0 - b.under;
+    let base = b.under * clamp(luminance(b.color), 0.0, 1.0);
+    return clamp(coat / max(coat + base, 1e-6), 0.1, 0.9);
+}
+
+/// f · |cos|; 0 for delta lobes.
+fn bsdf_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    let base = base_eval(b, wo, wi);
+    if b.coat.y == 0.0 {
+        return base;
+    }
+    return vec3<f32>(coat_eval(b.coat.x, b.coat.y, wo, wi)) + b.under * base;
+}
+
+/// The density with which `bsdf_sample` draws `wi`, a steradian; 0 for delta lobes.
+fn bsdf_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    let base = base_pdf(b, wo, wi);
+    if b.coat.y == 0.0 {
+        return base;
+    }
+    return mix(base, coat_pdf(b.coat.x, wo, wi), coat_chance(b));
+}
+
+/// A direction in proportion to what it carries, as far as possible; `lobe`, uniform, chooses among lobes.
+fn bsdf_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
+    if b.coat.y == 0.0 {
+        return base_sample(b, wo, u, lobe);
+    }
+    let chance = coat_chance(b);
+    var s: BsdfSample;
+    if lobe < chance {
+        s = coat_sample(b.coat.x, b.coat.y, wo, u);
+        s.weight /= chance;
+    } else {
+        s = base_sample(b, wo, u, min((lobe - chance) / (1.0 - chance), 0.99999994));
+        s.weight *= b.under / (1.0 - chance);
+    }
+    if s.pdf > 0.0 {
+        s.pdf = bsdf_pdf(b, wo, s.wi);
+        s.weight = bsdf_eval(b, wo, s.wi) / s.pdf;
+    }
+    return s;
 }

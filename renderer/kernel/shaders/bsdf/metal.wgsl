@@ -1,69 +1,76 @@
-// GGX conductor: height-correlated Smith masking (Heitz 2014), visible normals by spherical caps (Dupuy and Benyoub,
-// "Sampling Visible GGX Normals with Spherical Caps", CGF 42(8), 2023), F82-tint Fresnel (Kutz et al. 2021).
+// Metals: GGX microfacets with F82-tint (Kutz, Hašan and Edmondson 2021) or measured reflectance, and what is scattered
+// more than once between them (Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", 2017).
 
-/// Below this α a metal is a mirror: the lobe is too narrow for f32.
-const MIRROR_ALPHA: f32 = 1e-3;
-
-// From the slope of h, since 1 − cos² cancels where α is small.
-fn ggx_d(h: vec3<f32>, alpha: f32) -> f32 {
-    let slope = dot(h.xy, h.xy) / (alpha * alpha) + h.z * h.z;
-    return INV_PI / square(alpha * slope);
+/// Exact reflectance of refractive index n and extinction k at cosine c, from vacuum.
+fn conductor_fresnel(n: f32, k: f32, c: f32) -> f32 {
+    let c2 = c * c;
+    let s2 = 1.0 - c2;
+    let t0 = n * n - k * k - s2;
+    let q = sqrt(t0 * t0 + 4.0 * n * n * k * k);
+    let a = sqrt(max(0.0, 0.5 * (q + t0)));
+    let rs = (q + c2 - 2.0 * a * c) / (q + c2 + 2.0 * a * c);
+    let rp = rs * (c2 * q + s2 * s2 - 2.0 * a * c * s2) / (c2 * q + s2 * s2 + 2.0 * a * c * s2);
+    return 0.5 * (rs + rp);
 }
 
-fn ggx_lambda(w: vec3<f32>, alpha: f32) -> f32 {
-    let tan_2 = dot(w.xy, w.xy) / (w.z * w.z);
-    return 0.5 * (sqrt(1.0 + alpha * alpha * tan_2) - 1.0);
-}
-
-/// Reflectance at cosine c.
-fn metal_fresnel(m: Material, c: f32) -> vec3<f32> {
+/// Reflectance of a microfacet at cosine c.
+fn metal_fresnel(b: Bsdf, c: f32) -> vec3<f32> {
+    if (b.flags & METAL_SPECTRUM) != 0u {
+        return vec3<f32>(
+            conductor_fresnel(b.color.x, b.extra.x, c),
+            conductor_fresnel(b.color.y, b.extra.y, c),
+            conductor_fresnel(b.color.z, b.extra.z, c),
+        );
+    }
     let k = 1.0 - c;
     let k2 = k * k;
-    let schlick = m.color.xyz + (vec3<f32>(1.0) - m.color.xyz) * (k2 * k2 * k);
-    return clamp(schlick - m.extra.xyz * (c * k2 * k2 * k2), vec3<f32>(0.0), vec3<f32>(1.0));
+    let schlick = b.color + (vec3<f32>(1.0) - b.color) * (k2 * k2 * k);
+    return clamp(schlick - b.extra * (c * k2 * k2 * k2), vec3<f32>(0.0), vec3<f32>(1.0));
+}
+
+// What is lost without scattering more than once, of light from w.
+fn metal_lost(b: Bsdf, w: vec3<f32>) -> f32 {
+    if (b.flags & COMPENSATE) == 0u {
+        return 0.0;
+    }
+    if b.anisotropy == 0.0 {
+        return 1.0 - metal_albedo(w.z, b.roughness);
+    }
+    return 1.0 - stretched_albedo(w, b.roughness, b.anisotropy);
 }
 
 /// f · cos.
-fn metal_eval(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
-    if wi.z <= 0.0 || wo.z <= 0.0 || m.color.w < MIRROR_ALPHA {
+fn metal_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    if wi.z <= 0.0 || wo.z <= 0.0 || max(b.alpha.x, b.alpha.y) < MIRROR_ALPHA {
         return vec3<f32>(0.0);
     }
-    let alpha = m.color.w;
     let h = normalize(wo + wi);
-    let g2 = 1.0 / (1.0 + ggx_lambda(wo, alpha) + ggx_lambda(wi, alpha));
-    return metal_fresnel(m, dot(wi, h)) * (ggx_d(h, alpha) * g2 / (4.0 * wo.z));
+    let single = metal_fresnel(b, dot(wi, h)) * (ggx_d(h, b.alpha) * ggx_g2(wo, wi, b.alpha) / (4.0 * wo.z));
+    return single + b.more * (metal_lost(b, wo) * metal_lost(b, wi) * INV_PI * wi.z);
 }
 
-fn metal_pdf(m: Material, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
-    if wi.z <= 0.0 || wo.z <= 0.0 || m.color.w < MIRROR_ALPHA {
+fn metal_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    if wi.z <= 0.0 || wo.z <= 0.0 || max(b.alpha.x, b.alpha.y) < MIRROR_ALPHA {
         return 0.0;
     }
-    let alpha = m.color.w;
     let h = normalize(wo + wi);
-    return ggx_d(h, alpha) / ((1.0 + ggx_lambda(wo, alpha)) * 4.0 * wo.z);
+    return mix(ggx_d(h, b.alpha) * ggx_bounded_pdf(wo, b.alpha), INV_PI * wi.z, metal_lost(b, wo));
 }
 
-/// A normal in proportion to how much of it is seen from `wo`.
-fn ggx_visible_normal(wo: vec3<f32>, alpha: f32, u: vec2<f32>) -> vec3<f32> {
-    let w = normalize(vec3<f32>(alpha * wo.xy, wo.z));
-    let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
-    let c = vec3<f32>(sqrt(clamp(1.0 - z * z, 0.0, 1.0)) * cos_sin_turn(u.x), z);
-    let h = c + w;
-    return normalize(vec3<f32>(alpha * h.xy, max(1e-6, h.z)));
-}
-
-fn metal_sample(m: Material, wo: vec3<f32>, u: vec2<f32>) -> BsdfSample {
-    let alpha = m.color.w;
-    if alpha < MIRROR_ALPHA {
-        return BsdfSample(vec3<f32>(-wo.xy, wo.z), metal_fresnel(m, wo.z), DELTA_PDF, 1.0);
+fn metal_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
+    if max(b.alpha.x, b.alpha.y) < MIRROR_ALPHA {
+        return mirror_sample(wo, metal_fresnel(b, wo.z));
     }
-    let h = ggx_visible_normal(wo, alpha, u);
-    let cos_h = dot(wo, h);
-    let wi = 2.0 * cos_h * h - wo;
-    if wi.z <= 0.0 {
+    var wi: vec3<f32>;
+    if lobe < metal_lost(b, wo) {
+        wi = square_to_cosine(u);
+    } else {
+        let h = ggx_bounded_normal(wo, b.alpha, u);
+        wi = 2.0 * dot(wo, h) * h - wo;
+    }
+    let pdf = metal_pdf(b, wo, wi);
+    if !(pdf > 0.0) {
         return no_sample();
     }
-    let lambda_o = ggx_lambda(wo, alpha);
-    let weight = metal_fresnel(m, cos_h) * ((1.0 + lambda_o) / (1.0 + lambda_o + ggx_lambda(wi, alpha)));
-    return BsdfSample(wi, weight, ggx_d(h, alpha) / ((1.0 + lambda_o) * 4.0 * wo.z), 1.0);
+    return BsdfSample(wi, metal_eval(b, wo, wi) / pdf, pdf, 1.0);
 }

@@ -1,0 +1,33 @@
+// The coat of glossy surfaces: reflection at a dielectric boundary of GGX microfacets. What passes the coat is left to
+// the material beneath, scaled by what the coat does not reflect (albedo scaling, as OpenPBR 1.1).
+
+/// f · cos.
+fn coat_eval(alpha: f32, ior: f32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    if wi.z <= 0.0 || wo.z <= 0.0 || alpha < MIRROR_ALPHA {
+        return 0.0;
+    }
+    let h = normalize(wo + wi);
+    let widths = vec2<f32>(alpha);
+    return dielectric_fresnel(dot(wi, h), ior) * ggx_d(h, widths) * ggx_g2(wo, wi, widths) / (4.0 * wo.z);
+}
+
+fn coat_pdf(alpha: f32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    if wi.z <= 0.0 || wo.z <= 0.0 || alpha < MIRROR_ALPHA {
+        return 0.0;
+    }
+    let widths = vec2<f32>(alpha);
+    return ggx_d(normalize(wo + wi), widths) * ggx_bounded_pdf(wo, widths);
+}
+
+fn coat_sample(alpha: f32, ior: f32, wo: vec3<f32>, u: vec2<f32>) -> BsdfSample {
+    if alpha < MIRROR_ALPHA {
+        return mirror_sample(wo, vec3<f32>(dielectric_fresnel(wo.z, ior)));
+    }
+    let h = ggx_bounded_normal(wo, vec2<f32>(alpha), u);
+    let wi = 2.0 * dot(wo, h) * h - wo;
+    let pdf = coat_pdf(alpha, wo, wi);
+    if !(pdf > 0.0) {
+        return no_sample();
+    }
+    return BsdfSample(wi, vec3<f32>(coat_eval(alpha, ior, wo, wi) / pdf), pdf, 1.0);
+}

@@ -1,0 +1,180 @@
+//! Directional albedos of rough surfaces: how the tables are made that `shaders/bsdf/albedo.wgsl` reads. What single
+//! scattering between microfacets loses, compensation adds again, so the tables must belong to exactly the same
+//! microfacets: GGX with height-correlated Smith masking.
+//!
+//! The tables are kept in `data/albedo.f32` (little-endian), since making them takes half a minute; a test makes some
+//! entries again, and all of them with `KINORA_BLESS=1`.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::LazyLock;
+
+use glam::{DVec3, Vec3};
+
+use crate::Packed;
+use crate::generated::{
+    BOUNDARY_COSINES, BOUNDARY_INDICES, BOUNDARY_REACH, BOUNDARY_ROUGHNESSES, METAL_COSINES, METAL_ROUGHNESSES,
+    STRETCHED_ANISOTROPIES, STRETCHED_COSINES, STRETCHED_ROUGHNESSES, STRETCHED_TURNS, TABLE_ALBEDO, TABLE_END,
+};
+
+static TABLES: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    let bytes = include_bytes!("../data/albedo.f32");
+    bytes.as_chunks::<4>().0.iter().map(|&word| f32::from_le_bytes(word)).collect()
+});
+
+/// All tables, one after the other, as they stand in `tables` from `TABLE_ALBEDO` on.
+pub fn tables() -> &'static [f32] {
+    &TABLES
+}
+
+/// How many entries the tables have.
+pub const ENTRIES: u32 = TABLE_END - TABLE_ALBEDO;
+
+/// α along and across the tangent (OpenPBR 1.1, "Microfacet model"): `roughness` and `anisotropy` in 0..=1.
+pub fn alphas(roughness: f64, anisotropy: f64) -> [f64; 2] {
+    let across = 1.0 - anisotropy;
+    let along = roughness * roughness * (2.0 / (1.0 + across * across)).sqrt();
+    [along, across * along]
+}
+
+/// Points of a square's side at which integrands are taken.
+const STEPS: u32 = 128;
+/// Narrower lobes are not distinguished; a table's first nodes would be 0 / 0 else.
+const NARROWEST: f64 = 1e-3;
+
+// A cosine of 0 has no albedo, only a limit.
+fn cosine(i: u32, nodes: u32) -> f64 {
+    (f64::from(i) / f64::from(nodes - 1)).powi(2).max(1e-4)
+}
+
+/// Entry `index` of the tables.
+pub fn entry(index: u32) -> f32 {
+    let node = |i: u32, nodes: u32| f64::from(i) / f64::from(nodes - 1);
+    let stretched = METAL_COSINES * METAL_ROUGHNESSES;
+    let boundary = stretched + STRETCHED_COSINES * STRETCHED_TURNS * STRETCHED_ROUGHNESSES * STRETCHED_ANISOTROPIES;
+    let value = if index < stretched {
+        let (c, r) = (index % METAL_COSINES, index / METAL_COSINES);
+        let [along, across] = alphas(node(r, METAL_ROUGHNESSES), 0.0);
+        metal(direction(cosine(c, METAL_COSINES), 0.0), along, across)
+    } else if index < boundary {
+        let i = index - stretched;
+        let (c, i) = (i % STRETCHED_COSINES, i / STRETCHED_COSINES);
+        let (turn, i) = (i % STRETCHED_TURNS, i / STRETCHED_TURNS);
+        let (r, a) = (i % STRETCHED_ROUGHNESSES, i / STRETCHED_ROUGHNESSES);
+        let [along, across] = alphas(node(r, STRETCHED_ROUGHNESSES), node(a, STRETCHED_ANISOTROPIES));
+        let phi = node(turn, STRETCHED_TURNS).sqrt().asin().min(FRAC_PI_2);
+        metal(direction(cosine(c, STRETCHED_COSINES), phi), along, across)
+    } else {
+        let i = index - boundary;
+        let (what, i) = (i % 2, i / 2);
+        let (c, i) = (i % BOUNDARY_COSINES, i / BOUNDARY_COSINES);
+        let (r, x) = (i % BOUNDARY_ROUGHNESSES, i / BOUNDARY_ROUGHNESSES);
+        let x = f64::from(BOUNDARY_REACH) * (2.0 * node(x, BOUNDARY_INDICES) - 1.0);
+        let eta = (1.0 + x) / (1.0 - x);
+        let [reflected, refracted] =
+            boundary_albedo(cosine(c, BOUNDARY_COSINES), alphas(node(r, BOUNDARY_ROUGHNESSES), 0.0)[0], eta);
+        if what == 0 { reflected } else { reflected + refracted }
+    };
+    value as f32
+}
+
+/// The mean over the hemisphere, weighted by the cosine, of what a metal that would reflect everything loses.
+pub fn average_lost(roughness: f64, anisotropy: f64) -> f64 {
+    let (cosines, turns) = (64, 16);
+    Packed::empty().with_kernel(|kernel| {
+        let mut sum = 0.0;
+        for i in 0..cosines {
+            let mu = (f64::from(i) + 0.5) / f64::from(cosines);
+            let turns = if anisotropy == 0.0 { 1 } else { turns };
+            for j in 0..turns {
+                let w = direction(mu, FRAC_PI_2 * (f64::from(j) + 0.5) / f64::from(turns)).as_vec3();
+                let albedo = if anisotropy == 0.0 {
+                    kernel.metal_albedo(w.z, roughness as f32)
+                } else {
+                    kernel.stretched_albedo(w, roughness as f32, anisotropy as f32)
+                };
+                sum += 2.0 * mu * (1.0 - f64::from(albedo)) / f64::from(turns);
+            }
+        }
+        sum / f64::from(cosines)
+    })
+}
+
+/// The mean over the hemisphere, weighted by the cosine, of a reflectance by cosine.
+pub fn average(reflectance: impl Fn(f32) -> Vec3) -> Vec3 {
+    let steps = 256;
+    let at = |i| (i as f32 + 0.5) / steps as f32;
+    (0..steps).map(|i| reflectance(at(i)) * (2.0 * at(i) / steps as f32)).sum()
+}
+
+fn direction(mu: f64, phi: f64) -> DVec3 {
+    let s = (1.0 - mu * mu).max(0.0).sqrt();
+    DVec3::new(s * phi.cos(), s * phi.sin(), mu)
+}
+
+fn lambda(w: DVec3, along: f64, across: f64) -> f64 {
+    let tan2 = ((along * w.x).powi(2) + (across * w.y).powi(2)) / (w.z * w.z);
+    0.5 * ((1.0 + tan2).sqrt() - 1.0)
+}
+
+// Means over the visible normals from `wo` (Dupuy and Benyoub 2023), by the midpoint rule.
+fn over_visible_normals<const N: usize>(wo: DVec3, along: f64, across: f64, f: impl Fn(DVec3) -> [f64; N]) -> [f64; N] {
+    let w = DVec3::new(along * wo.x, across * wo.y, wo.z).normalize();
+    let mut sums = [0.0; N];
+    for i in 0..STEPS {
+        let z = (f64::from(i) + 0.5) / f64::from(STEPS) * (1.0 + w.z) - w.z;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        for j in 0..STEPS {
+            let phi = TAU * (f64::from(j) + 0.5) / f64::from(STEPS);
+            let h = DVec3::new(r * phi.cos(), r * phi.sin(), z) + w;
+            let m = DVec3::new(along * h.x, across * h.y, h.z.max(1e-12)).normalize();
+            for (sum, value) in sums.iter_mut().zip(f(m)) {
+                *sum += value;
+            }
+        }
+    }
+    sums.map(|sum| sum / f64::from(STEPS * STEPS))
+}
+
+// G2 / G1 of light that leaves along wi.
+fn unmasked(wo: DVec3, wi: DVec3, along: f64, across: f64) -> f64 {
+    let seen = 1.0 + lambda(wo, along, across);
+    seen / (seen + lambda(wi, along, across))
+}
+
+fn metal(wo: DVec3, along: f64, across: f64) -> f64 {
+    let (along, across) = (along.max(NARROWEST), across.max(NARROWEST));
+    let [albedo] = over_visible_normals(wo, along, across, |m| {
+        let wi = 2.0 * wo.dot(m) * m - wo;
+        [if wi.z > 0.0 { unmasked(wo, wi, along, across) } else { 0.0 }]
+    });
+    albedo
+}
+
+fn fresnel(c: f64, eta: f64) -> f64 {
+    let sin2_t = (1.0 - c * c) / (eta * eta);
+    if sin2_t >= 1.0 {
+        return 1.0;
+    }
+    let ct = (1.0 - sin2_t).sqrt();
+    let rs = (c - eta * ct) / (c + eta * ct);
+    let rp = (eta * c - ct) / (eta * c + ct);
+    0.5 * (rs * rs + rp * rp)
+}
+
+/// What a boundary of relative index `eta` (far side over near side) sends back and through of light at cosine `mu`,
+/// scattered once (Walter et al. 2007): [reflected, refracted].
+pub fn boundary_albedo(mu: f64, alpha: f64, eta: f64) -> [f64; 2] {
+    let alpha = alpha.max(NARROWEST);
+    let wo = direction(mu, 0.0);
+    over_visible_normals(wo, alpha, alpha, |m| {
+        let c = wo.dot(m).clamp(0.0, 1.0);
+        let f = fresnel(c, eta);
+        let reflected = 2.0 * c * m - wo;
+        let ct = (1.0 - (1.0 - c * c) / (eta * eta)).max(0.0).sqrt();
+        let refracted = (c / eta - ct) * m - wo / eta;
+        [
+            if reflected.z > 0.0 { f * unmasked(wo, reflected, alpha, alpha) } else { 0.0 },
+            if f < 1.0 && refracted.z < 0.0 { (1.0 - f) * unmasked(wo, refracted, alpha, alpha) } else { 0.0 },
+        ]
+    })
+}
