@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::Path};
 
-use kinora_translate::{Options, translate, validate};
+use kinora_translate::{LaneOptions, Options, Registers, translate, translate_lanes, validate};
 
 /// In the order of reading; WGSL itself does not mind.
 const SHADERS: &[&str] = &[
@@ -25,6 +25,9 @@ const SHADERS: &[&str] = &[
     "path.wgsl",
     "entry/render.wgsl",
 ];
+
+/// What a path does between two ray queries.
+const LANE_ROOTS: &[&str] = &["path_start", "path_shade", "path_shadow", "path_light"];
 
 fn main() {
     println!("cargo::rerun-if-changed=shaders");
@@ -49,4 +52,10 @@ fn main() {
     };
     let output = translate(&joined, &options).unwrap_or_else(|error| panic!("cannot translate the shaders: {error}"));
     fs::write(out.join("kernel.rs"), output.rust).expect("cannot write kernel.rs");
+    for (name, registers) in [("avx2.rs", Registers::Avx2)] {
+        let lanes = LaneOptions { scalar: "crate::generated", roots: LANE_ROOTS, registers };
+        let output = translate_lanes(&joined, &options, &lanes)
+            .unwrap_or_else(|error| panic!("cannot translate the shaders to lanes: {error}"));
+        fs::write(out.join(name), output.rust).expect("cannot write the lanes");
+    }
 }

@@ -5,6 +5,7 @@
 //! This crate does no IO, knows no GPU API and nothing of scenes; it is where a picture's physics is tested.
 
 pub mod albedo;
+pub mod lanes;
 pub mod packed;
 pub mod query;
 

@@ -74,7 +74,8 @@ pub fn translate_lanes(wgsl: &str, options: &Options<'_>, lanes: &LaneOptions<'_
         }
     }
     let attributes = format!("#[target_feature(enable = \"{}\")]", lanes.registers.features());
-    let mut rust = format!("use {}::*;\n", lanes.scalar);
+    let mut rust = String::from("use glam::{Vec2Swizzles as _, Vec3Swizzles as _, Vec4Swizzles as _};\n");
+    writeln!(rust, "use {}::*;", lanes.scalar)?;
     writeln!(rust, "use {}::{} as Scalar;\n", lanes.scalar, options.struct_name)?;
     structs(&module, &mut rust)?;
     rust += "/// The scalar kernel's functions on lanes.\n#[derive(Clone, Copy)]\npub struct Lanes<'a>(pub &'a Scalar<'a>);\n";

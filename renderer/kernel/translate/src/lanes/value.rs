@@ -353,11 +353,11 @@ impl<'a> Lanes<'a> {
                     TypeInner::Array { size: ArraySize::Dynamic, .. } if !text.contains('[') && !text.contains('(') => {
                         let known = self.rows.iter().find(|(slice, by, _)| *slice == text && *by == index);
                         if let Some((_, _, name)) = known {
-                            return Ok(format!("{name}.at(k)"));
+                            return Ok(format!("(*{name}.at(k))"));
                         }
                         let name = self.bind(&format!("w::Rows::new({text}, {index})"));
                         self.rows.push((text, index, name.clone()));
-                        Ok(format!("{name}.at(k)"))
+                        Ok(format!("(*{name}.at(k))"))
                     }
                     TypeInner::Array { size, .. } => {
                         let n = match size {
