@@ -97,6 +97,10 @@ pub(crate) fn shape(read: Reader<'_>, shape: &Shape<Animated>) -> Result<Shape<S
             }
             Shape::Quad { frame, size_m }
         }
+        &Shape::Torus { radius_m, tube_m } => {
+            sizes(&[radius_m, tube_m])?;
+            Shape::Torus { radius_m, tube_m }
+        }
         &Shape::Plane { frame } => {
             if !frame.matrix().is_finite() {
                 return Err(read.error("normal", Fault::NotFinite));

@@ -39,7 +39,6 @@ const FOREIGN: &[(&str, &str)] = &[
     ("titanium", "Ti"),
     ("vanadium", "V"),
     ("tungsten", "W"),
-    ("zinc", "Zn"),
     ("cube", "box"),
     ("cuboid", "box"),
     ("ball", "sphere"),

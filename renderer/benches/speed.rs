@@ -32,7 +32,8 @@ fn cornell() -> World {
     add(&mut w, sized(1.65), block(1.86, 0.825, 1.69, -0.29), white());
     add(&mut w, sized(3.3), block(3.68, 1.65, 3.51, 0.31), white());
     let lamp =
-        Bsdf::Emitter { color: Color::new(17.0, 12.0, 4.0), emission: Emission::Radiance(1.0), two_sided: false }.into();
+        Bsdf::Emitter { color: Color::new(17.0, 12.0, 4.0), emission: Emission::Radiance(1.0), two_sided: false }
+            .into();
     add(&mut w, quad(DVec3::NEG_Y, 1.3, 1.05), place(2.78, 5.487, 2.795), lamp);
     w
 }
@@ -69,8 +70,7 @@ fn million() -> World {
 /// Every material at once: the case with most branches.
 fn materials() -> World {
     let mut w = cornell();
-    let ball_of_glass =
-        glass(1.5, Color::new(0.9, 0.8, 0.6), 1.0);
+    let ball_of_glass = glass(1.5, Color::new(0.9, 0.8, 0.6), 1.0);
     let ball_of_metal = metal(Color::new(1.0, 0.8, 0.4), 0.3);
     let ball = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
     add(&mut w, Shape::Sphere { radius_m: 0.8 }, ball(1.8, 2.5, 1.7), ball_of_glass);

@@ -228,8 +228,7 @@ fn furnace_diffuse(open: &Open) {
 
 fn furnace_glass(open: &Open) {
     for ior in [1.0, 1.05, 1.5, 2.4] {
-        let clear =
-            || glass(ior, Color::ONE, f64::INFINITY);
+        let clear = || glass(ior, Color::ONE, f64::INFINITY);
         furnace(open, &format!("a glass sphere of ior {ior}"), Shape::Sphere { radius_m: 1.0 }, clear(), 0.003);
         furnace(open, &format!("a glass box of ior {ior}"), Shape::Box { size_m: DVec3::ONE }, clear(), 0.005);
     }
@@ -245,8 +244,7 @@ fn absorption(open: &Open) {
     let mut w = world([1, 1], 4096, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.001));
     w.sky = white_sky();
     w.render.max_bounces = 64;
-    let glass =
-        glass(1.5, Color::new(0.5, 0.25, 1.0), 1.0);
+    let glass = glass(1.5, Color::new(0.5, 0.25, 1.0), 1.0);
     add(&mut w, Shape::Sphere { radius_m: 1.0 }, at(0.0, 0.0, 0.0), glass);
     let pixel = trace(open, &w)[0];
     for (channel, colour) in [(pixel.x, 0.5_f64), (pixel.y, 0.25), (pixel.z, 1.0)] {

@@ -90,6 +90,7 @@ fn kinds(names: impl Iterator<Item = &'static str>) -> String {
 fn kind<R: kinora_scene::Rate>(shape: &Shape<R>) -> &'static str {
     match shape {
         Shape::Sphere { .. } => "sphere",
+        Shape::Torus { .. } => "torus",
         Shape::Box { .. } => "box",
         Shape::Quad { .. } => "quad",
         Shape::Plane { .. } => "plane",

@@ -308,6 +308,13 @@ pub enum Shape<R: Rate> {
         /// Its axes.
         frame: Frame,
     },
+    /// A ring about the y axis.
+    Torus {
+        /// From the origin to the centre of the ring, above 0.
+        radius_m: f64,
+        /// Radius of the ring itself, above 0.
+        tube_m: f64,
+    },
     /// Triangles.
     Mesh(Arc<Mesh>),
 }

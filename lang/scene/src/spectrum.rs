@@ -9,11 +9,16 @@ pub enum Spectrum {
     Ag,
     Al,
     Au,
+    Co,
     Cr,
     Cu,
     Fe,
     Ni,
+    Pd,
+    Pt,
     Ti,
+    V,
+    W,
 }
 
 impl Spectrum {
@@ -22,11 +27,16 @@ impl Spectrum {
         Spectrum::Ag,
         Spectrum::Al,
         Spectrum::Au,
+        Spectrum::Co,
         Spectrum::Cr,
         Spectrum::Cu,
         Spectrum::Fe,
         Spectrum::Ni,
+        Spectrum::Pd,
+        Spectrum::Pt,
         Spectrum::Ti,
+        Spectrum::V,
+        Spectrum::W,
     ];
 
     /// The chemical symbol: `Au`.
@@ -35,11 +45,16 @@ impl Spectrum {
             Spectrum::Ag => "Ag",
             Spectrum::Al => "Al",
             Spectrum::Au => "Au",
+            Spectrum::Co => "Co",
             Spectrum::Cr => "Cr",
             Spectrum::Cu => "Cu",
             Spectrum::Fe => "Fe",
             Spectrum::Ni => "Ni",
+            Spectrum::Pd => "Pd",
+            Spectrum::Pt => "Pt",
             Spectrum::Ti => "Ti",
+            Spectrum::V => "V",
+            Spectrum::W => "W",
         }
     }
 

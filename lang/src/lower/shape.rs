@@ -56,6 +56,9 @@ impl<'a> Lower<'_, 'a> {
                 };
                 Shape::Quad { frame: self.frame(id, node), size_m }
             }
+            "torus" => {
+                Shape::Torus { radius_m: read::number(node, "radius"), tube_m: read::number(node, "tube") }
+            }
             "plane" => Shape::Plane { frame: self.frame(id, node) },
             "mesh" => {
                 self.mesh(id, node, index);

@@ -94,7 +94,7 @@ pub static KINDS: &[Kind] = &[
     kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y").later(),
     kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up").later(),
     kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends").later(),
-    kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y").later(),
+    kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y"),
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
     kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene").later(),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),

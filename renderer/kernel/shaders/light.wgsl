@@ -1,4 +1,6 @@
-// Lights: emissive shapes, chosen by power, sampled by area or, for spheres, by the cone that they fill.
+// Lights: emissive shapes, chosen by power, sampled by the solid angle that they fill: spheres by their cone (Shirley,
+// Wang and Zimmerman 1996), rectangles (Ureña, Fajardo and King 2013) and triangles (Arvo 1995) where they are near; what
+// is far away or seen from the side by its area.
 
 struct LightSample {
     /// On the light.
@@ -85,6 +87,117 @@ fn flat_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     return LightSample(p, normal.xyz, pdf_of_area(normal.w, eye, p, normal.xyz), lights[light].kind.y);
 }
 
+/// Solid angles below this cancel in f32; such lights are sampled by area, which is as good there.
+const NEAR_SOLID_ANGLE: f32 = 0.01;
+/// A triangle that fills almost the whole hemisphere is no longer one to f32.
+const MAX_SOLID_ANGLE: f32 = 6.2;
+
+/// A rectangle seen from a point: its solid angle, and what a point of it is found with.
+struct SphericalRectangle {
+    solid_angle: f32,
+    k: f32,
+    b0: f32,
+    b1: f32,
+    /// The rectangle in the frame of its edges, its plane at z0 < 0.
+    low: vec2<f32>,
+    high: vec2<f32>,
+    z0: f32,
+}
+
+fn spherical_rectangle(light: u32, eye: vec3<f32>) -> SphericalRectangle {
+    let width = length(lights[light].edge_u.xyz);
+    let height = length(lights[light].edge_v.xyz);
+    let d = lights[light].origin.xyz - eye;
+    let low = vec2<f32>(dot(d, lights[light].edge_u.xyz) / width, dot(d, lights[light].edge_v.xyz) / height);
+    let high = low + vec2<f32>(width, height);
+    let z0 = -abs(dot(d, lights[light].normal.xyz));
+    // Normals of the planes through the eye and an edge, from the lower edge on.
+    let n0 = vec2<f32>(z0, -low.y) / length(vec2<f32>(z0, low.y));
+    let n1 = vec2<f32>(-z0, high.x) / length(vec2<f32>(z0, high.x));
+    let n2 = vec2<f32>(-z0, high.y) / length(vec2<f32>(z0, high.y));
+    let n3 = vec2<f32>(z0, -low.x) / length(vec2<f32>(z0, low.x));
+    let g0 = acos_(-n0.y * n1.y);
+    let g1 = acos_(-n1.y * n2.y);
+    let g2 = acos_(-n2.y * n3.y);
+    let g3 = acos_(-n3.y * n0.y);
+    let k = TWO_PI - g2 - g3;
+    return SphericalRectangle(g0 + g1 - k, k, n0.y, n2.y, low, high, z0);
+}
+
+fn rectangle_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
+    let r = spherical_rectangle(light, eye);
+    if !(r.solid_angle >= NEAR_SOLID_ANGLE) {
+        return flat_sample(light, eye, u);
+    }
+    let turn = cos_sin(u.x * r.solid_angle + r.k);
+    let f = (turn.x * r.b0 - r.b1) / turn.y;
+    let c = clamp(select(1.0, -1.0, f < 0.0) / sqrt(f * f + r.b0 * r.b0), -0.9999999, 0.9999999);
+    let x = clamp(-c * r.z0 / sqrt(1.0 - c * c), r.low.x, r.high.x);
+    let d = sqrt(x * x + r.z0 * r.z0);
+    let h0 = r.low.y / sqrt(d * d + r.low.y * r.low.y);
+    let h1 = r.high.y / sqrt(d * d + r.high.y * r.high.y);
+    let h = h0 + u.y * (h1 - h0);
+    let y = clamp(select(r.high.y, h * d / sqrt(1.0 - h * h), h * h < 0.999999), r.low.y, r.high.y);
+    let share = (vec2<f32>(x, y) - r.low) / (r.high - r.low);
+    let p = lights[light].origin.xyz + share.x * lights[light].edge_u.xyz + share.y * lights[light].edge_v.xyz;
+    return LightSample(p, lights[light].normal.xyz, 1.0 / r.solid_angle, lights[light].kind.y);
+}
+
+/// A triangle seen from a point: directions to its corners, and its solid angle.
+struct SphericalTriangle {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    solid_angle: f32,
+}
+
+fn spherical_triangle(light: u32, eye: vec3<f32>) -> SphericalTriangle {
+    let origin = lights[light].origin.xyz - eye;
+    let a = normalize(origin);
+    let b = normalize(origin + lights[light].edge_u.xyz);
+    let c = normalize(origin + lights[light].edge_v.xyz);
+    // Van Oosterom and Strackee 1983.
+    let volume = abs(dot(a, cross(b, c)));
+    let sum = 1.0 + dot(a, b) + dot(b, c) + dot(c, a);
+    let half = atan_(volume / select(sum, 1e-20, abs(sum) < 1e-20));
+    return SphericalTriangle(a, b, c, 2.0 * select(half, half + PI, half < 0.0));
+}
+
+fn is_near(solid_angle: f32) -> bool {
+    return solid_angle >= NEAR_SOLID_ANGLE && solid_angle <= MAX_SOLID_ANGLE;
+}
+
+// The part of v across the unit vector n, of unit length.
+fn across(v: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    return normalize(v - dot(v, n) * n);
+}
+
+fn triangle_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
+    let s = spherical_triangle(light, eye);
+    if !is_near(s.solid_angle) {
+        return flat_sample(light, eye, u);
+    }
+    // The angle at a, by its cosine and sine.
+    let ab = across(s.b, s.a);
+    let ac = across(s.c, s.a);
+    let corner = vec2<f32>(dot(ab, ac), length(cross(ab, ac)));
+    let area = cos_sin(u.x * s.solid_angle);
+    let t = area.x * corner.x + area.y * corner.y;
+    let r = area.y * corner.x - area.x * corner.y;
+    let p = t - corner.x;
+    let q = r + corner.y * dot(s.a, s.b);
+    let cos_b = clamp(((q * t - p * r) * corner.x - q) / ((q * r + p * t) * corner.y), -1.0, 1.0);
+    let c = cos_b * s.a + sqrt(max(0.0, 1.0 - cos_b * cos_b)) * ac;
+    let z = 1.0 - u.y * (1.0 - dot(c, s.b));
+    var d = s.b;
+    if z < 0.9999999 {
+        d = z * s.b + sqrt(max(0.0, 1.0 - z * z)) * across(c, s.b);
+    }
+    let n = lights[light].normal.xyz;
+    let distance = dot(lights[light].origin.xyz - eye, n) / dot(d, n);
+    return LightSample(eye + distance * d, n, 1.0 / s.solid_angle, lights[light].kind.y);
+}
+
 // Area of the ellipsoid about a point, over that of the unit sphere about its image.
 fn ellipsoid_stretch(light: u32, normal_unscaled: vec3<f32>) -> f32 {
     return lights[light].edge_u.x * length(normal_unscaled);
@@ -114,6 +227,12 @@ fn light_sample(eye: vec3<f32>, u: vec2<f32>) -> LightSample {
         }
         case LIGHT_ELLIPSOID: {
             s = ellipsoid_sample(light, eye, v);
+        }
+        case LIGHT_RECTANGLE: {
+            s = rectangle_sample(light, eye, v);
+        }
+        case LIGHT_TRIANGLE: {
+            s = triangle_sample(light, eye, v);
         }
         default: {
             s = flat_sample(light, eye, v);
@@ -145,6 +264,20 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
             let q = normalize(object_point(s.shape, s.p));
             let n = world_normal(s.shape, q);
             return chance * pdf_of_area(0.25 * INV_PI / ellipsoid_stretch(light, n), eye, s.p, normalize(n));
+        }
+        case LIGHT_RECTANGLE: {
+            let solid_angle = spherical_rectangle(light, eye).solid_angle;
+            if solid_angle >= NEAR_SOLID_ANGLE {
+                return chance / solid_angle;
+            }
+            return chance * pdf_of_area(lights[light].normal.w, eye, s.p, s.ng);
+        }
+        case LIGHT_TRIANGLE: {
+            let solid_angle = spherical_triangle(light, eye).solid_angle;
+            if is_near(solid_angle) {
+                return chance / solid_angle;
+            }
+            return chance * pdf_of_area(lights[light].normal.w, eye, s.p, s.ng);
         }
         default: {
             return chance * pdf_of_area(lights[light].normal.w, eye, s.p, s.ng);

@@ -40,6 +40,7 @@ const LIGHT_TRIANGLE: u32 = 0u;
 const LIGHT_PARALLELOGRAM: u32 = 1u;
 const LIGHT_SPHERE: u32 = 2u;
 const LIGHT_ELLIPSOID: u32 = 3u;
+const LIGHT_RECTANGLE: u32 = 4u;
 
 /// No hit, no light.
 const NONE: u32 = 0xffffffffu;

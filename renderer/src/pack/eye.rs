@@ -1,15 +1,16 @@
 //! Which media the eye is in: the boundaries that a ray from it leaves without having entered them.
 
 use glam::{UVec4, Vec3};
+use kinora_kernel::Packed;
 use kinora_kernel::generated::{
     DIELECTRIC_THIN, Kernel, MATERIAL_DIELECTRIC, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE,
 };
-use kinora_kernel::Packed;
 
 /// Boundaries of one ray.
 const MAX_BOUNDARIES: usize = 10_000;
 /// Directions that no scene is likely to be aligned with.
-const DIRECTIONS: [Vec3; 3] = [Vec3::new(0.43, 0.81, 0.29), Vec3::new(-0.61, 0.35, 0.73), Vec3::new(0.17, -0.53, -0.83)];
+const DIRECTIONS: [Vec3; 3] =
+    [Vec3::new(0.43, 0.81, 0.29), Vec3::new(-0.61, 0.35, 0.73), Vec3::new(0.17, -0.53, -0.83)];
 
 /// The media around `eye`, as `Params::media`.
 pub fn media_around(packed: &Packed, eye: Vec3) -> UVec4 {

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec3A, Vec4};
 use kinora_kernel::generated::{
-    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE,
-    PRIMITIVE_TRIANGLE,
+    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM,
+    PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
 };
 use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape};
 use kinora_scene::{Frame, Instance, Mesh, Shape, Still, World};
@@ -68,6 +68,9 @@ impl Geometry {
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
+            Shape::Torus { radius_m, tube_m } => {
+                self.add_mesh(shape, first, place, &torus(*radius_m, *tube_m), emission);
+            }
             Shape::Mesh(mesh) => self.add_mesh(shape, first, place, mesh, emission),
         }
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
@@ -90,8 +93,7 @@ impl Geometry {
         record.index.z = add_emitters(&mut self.materials, &found);
         let cover = f64::from(self.materials.get(instance.material)?.more.w);
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
-        (!found.is_empty())
-            .then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
+        (!found.is_empty()).then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
@@ -155,7 +157,9 @@ impl Geometry {
         }
         if let Some(power_per_m2) = emission {
             let area = u.cross(v).length();
-            self.lights.push(light(LIGHT_PARALLELOGRAM, shape, origin, [u, v], area, area * power_per_m2));
+            let square = u.dot(v).abs() <= 1e-7 * u.length() * v.length();
+            let kind = if square { LIGHT_RECTANGLE } else { LIGHT_PARALLELOGRAM };
+            self.lights.push(light(kind, shape, origin, [u, v], area, area * power_per_m2));
         }
     }
 
@@ -203,15 +207,46 @@ fn area_m2(shape: &Shape<Still>, place: DAffine3) -> f64 {
             place.transform_vector3(frame.x * size_m.x).cross(place.transform_vector3(frame.y * size_m.y)).length()
         }
         Shape::Plane { .. } => f64::INFINITY,
-        Shape::Mesh(mesh) => mesh
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|v| place.transform_point3(mesh.positions[v as usize].as_dvec3()));
-                0.5 * (b - a).cross(c - a).length()
-            })
-            .sum(),
+        Shape::Torus { radius_m, tube_m } => mesh_area(&torus(*radius_m, *tube_m), place),
+        Shape::Mesh(mesh) => mesh_area(mesh, place),
     }
+}
+
+fn mesh_area(mesh: &Mesh, place: DAffine3) -> f64 {
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| place.transform_point3(mesh.positions[v as usize].as_dvec3()));
+        0.5 * (b - a).cross(c - a).length()
+    };
+    mesh.triangles.iter().map(area).sum()
+}
+
+/// Corners of a ring, round the axis and round the tube: its outline is off by less than 1e-4 of its size.
+const TORUS_CORNERS: [u32; 2] = [256, 128];
+
+/// A ring about y as a mesh with normals; v runs round the tube from the outside up, u round +y from +z.
+fn torus(radius: f64, tube: f64) -> Mesh {
+    let [around, along] = TORUS_CORNERS;
+    let mut mesh = Mesh::default();
+    for i in 0..=around {
+        let u = f64::from(i) / f64::from(around);
+        let (x, z) = (TURN * u).sin_cos();
+        for j in 0..=along {
+            let v = f64::from(j) / f64::from(along);
+            let (up, out) = (TURN * v).sin_cos();
+            let n = DVec3::new(x * out, up, z * out);
+            mesh.positions.push((DVec3::new(x, 0.0, z) * radius + n * tube).as_vec3());
+            mesh.normals.push(n.as_vec3());
+            mesh.uvs.push(DVec2::new(u, v).as_vec2());
+        }
+    }
+    for i in 0..around {
+        for j in 0..along {
+            let a = i * (along + 1) + j;
+            let b = a + along + 1;
+            mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+    }
+    mesh
 }
 
 // |det M| ∫ |M⁻ᵀ n| over the unit sphere: exact for spheres, by the midpoint rule for ellipsoids.
