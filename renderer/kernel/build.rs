@@ -52,7 +52,7 @@ fn main() {
     };
     let output = translate(&joined, &options).unwrap_or_else(|error| panic!("cannot translate the shaders: {error}"));
     fs::write(out.join("kernel.rs"), output.rust).expect("cannot write kernel.rs");
-    for (name, registers) in [("avx2.rs", Registers::Avx2)] {
+    for (name, registers) in [("avx2.rs", Registers::Avx2), ("avx512.rs", Registers::Avx512)] {
         let lanes = LaneOptions { scalar: "crate::generated", roots: LANE_ROOTS, registers };
         let output = translate_lanes(&joined, &options, &lanes)
             .unwrap_or_else(|error| panic!("cannot translate the shaders to lanes: {error}"));

@@ -13,16 +13,26 @@ pub enum Width {
     One,
     /// Eight: x86-64 with AVX2.
     Eight,
+    /// Sixteen: x86-64 with AVX-512.
+    Sixteen,
 }
 
 impl Width {
     /// The widest that this CPU has.
     pub fn best() -> Self {
+        [Self::Sixteen, Self::Eight].into_iter().find(|width| width.is_here()).unwrap_or(Self::One)
+    }
+
+    /// Whether this CPU has so many lanes.
+    pub fn is_here(self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        if has_avx2() {
-            return Self::Eight;
-        }
-        Self::One
+        return match self {
+            Self::One => true,
+            Self::Eight => has_avx2(),
+            Self::Sixteen => has_avx2() && has_avx512(),
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        return self == Self::One;
     }
 }
 
@@ -35,6 +45,14 @@ fn has_avx2() -> bool {
         && is_x86_feature_detected!("popcnt")
 }
 
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl")
+}
+
 /// Fills `light` with [`Kernel::radiance`] of `pixel_sample(i)` for each index `i`. Lanes that the CPU does not have are
 /// replaced by one.
 pub fn radiance(
@@ -44,8 +62,10 @@ pub fn radiance(
     light: &mut [Vec4],
 ) {
     #[cfg(target_arch = "x86_64")]
-    if width == Width::Eight && has_avx2() {
-        return eight::radiance(kernel, pixel_sample, light);
+    match width {
+        Width::Sixteen if width.is_here() => return sixteen::radiance(kernel, pixel_sample, light),
+        Width::Eight if width.is_here() => return eight::radiance(kernel, pixel_sample, light),
+        _ => {}
     }
     for (i, light) in light.iter_mut().enumerate() {
         let (pixel, sample) = pixel_sample(i);
@@ -159,3 +179,10 @@ macro_rules! lanes {
 
 #[cfg(target_arch = "x86_64")]
 lanes!(eight, "avx2.rs", "avx2,bmi1,bmi2,lzcnt,popcnt", "Eight lanes of AVX2.");
+#[cfg(target_arch = "x86_64")]
+lanes!(
+    sixteen,
+    "avx512.rs",
+    "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt",
+    "Sixteen lanes of AVX-512."
+);

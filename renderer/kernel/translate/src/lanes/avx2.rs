@@ -384,6 +384,6 @@ pub mod w {
         V4 { x: cast(x), y: cast(y), z: cast(z), w: cast(w) }
     }
     #[lanes]
-    fn eight<T>(f: impl Fn(usize) -> T) -> [T; LANES] {
+    fn each<T>(f: impl Fn(usize) -> T) -> [T; LANES] {
         [f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)]
     }

@@ -73,7 +73,7 @@
         }
         #[lanes]
         pub fn gather(f: impl Fn(usize) -> bool) -> Self {
-            let bits = eight(|k| u32::from(f(k)) << k);
+            let bits = each(|k| u32::from(f(k)) << k);
             Self::from_bits(bits.into_iter().fold(0, |sum, bit| sum | bit))
         }
         #[lanes]
@@ -97,12 +97,12 @@
         }
         #[lanes]
         pub fn gather(f: impl Fn(usize) -> f32) -> Self {
-            Self::from_array(eight(f))
+            Self::from_array(each(f))
         }
         #[lanes]
         fn map(self, f: impl Fn(f32) -> f32) -> Self {
             let a = self.to_array();
-            Self::from_array(eight(|k| f(a[k])))
+            Self::from_array(each(|k| f(a[k])))
         }
         #[lanes]
         pub fn clamp(self, low: Self, high: Self) -> Self {
@@ -125,7 +125,7 @@
         #[lanes]
         pub fn fma(self, b: Self, c: Self) -> Self {
             let (a, b, c) = (self.to_array(), b.to_array(), c.to_array());
-            Self::from_array(eight(|k| a[k].mul_add(b[k], c[k])))
+            Self::from_array(each(|k| a[k].mul_add(b[k], c[k])))
         }
         #[lanes]
         pub fn mix(self, b: Self, t: Self) -> Self {
@@ -185,17 +185,17 @@
                 }
                 #[lanes]
                 pub fn gather(f: impl Fn(usize) -> $t) -> Self {
-                    Self::from_array(eight(f))
+                    Self::from_array(each(f))
                 }
                 #[lanes]
                 fn map(self, f: impl Fn($t) -> $t) -> Self {
                     let a = self.to_array();
-                    Self::from_array(eight(|k| f(a[k])))
+                    Self::from_array(each(|k| f(a[k])))
                 }
                 #[lanes]
                 fn zip(self, b: Self, f: impl Fn($t, $t) -> $t) -> Self {
                     let (a, b) = (self.to_array(), b.to_array());
-                    Self::from_array(eight(|k| f(a[k], b[k])))
+                    Self::from_array(each(|k| f(a[k], b[k])))
                 }
                 #[lanes]
                 pub fn ne(self, b: Self) -> M {
@@ -252,13 +252,13 @@
                 #[lanes]
                 pub fn extract_bits(self, offset: U, count: U) -> Self {
                     let (a, offset, count) = (self.to_array(), offset.to_array(), count.to_array());
-                    Self::from_array(eight(|k| wgsl::$module::extract_bits(a[k], offset[k], count[k])))
+                    Self::from_array(each(|k| wgsl::$module::extract_bits(a[k], offset[k], count[k])))
                 }
                 #[lanes]
                 pub fn insert_bits(self, bits: Self, offset: U, count: U) -> Self {
                     let (a, bits) = (self.to_array(), bits.to_array());
                     let (offset, count) = (offset.to_array(), count.to_array());
-                    Self::from_array(eight(|k| wgsl::$module::insert_bits(a[k], bits[k], offset[k], count[k])))
+                    Self::from_array(each(|k| wgsl::$module::insert_bits(a[k], bits[k], offset[k], count[k])))
                 }
                 #[lanes]
                 pub fn to_bool(self) -> M {

@@ -24,18 +24,23 @@ use crate::{Error, Options, Output};
 pub enum Registers {
     /// Eight lanes.
     Avx2,
+    /// Sixteen lanes.
+    Avx512,
 }
 
 impl Registers {
-    fn features(self) -> &'static str {
+    /// The features of the CPU that the code asks for, as `#[target_feature]` takes them.
+    pub fn features(self) -> &'static str {
         match self {
             Self::Avx2 => "avx2,bmi1,bmi2,lzcnt,popcnt",
+            Self::Avx512 => "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt",
         }
     }
 
     fn prelude(self) -> &'static str {
         match self {
             Self::Avx2 => include_str!("avx2.rs"),
+            Self::Avx512 => include_str!("avx512.rs"),
         }
     }
 }
