@@ -26,8 +26,8 @@ const SHADERS: &[&str] = &[
     "entry/render.wgsl",
 ];
 
-/// What a path does between two ray queries.
-const LANE_ROOTS: &[&str] = &["path_start", "path_shade", "path_shadow", "path_light"];
+/// What a path does, step by step.
+const LANE_ROOTS: &[&str] = &["path_start", "closest_hit", "path_shade", "shadow_share", "path_shadow", "path_light"];
 
 fn main() {
     println!("cargo::rerun-if-changed=shaders");

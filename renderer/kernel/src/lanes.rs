@@ -55,12 +55,7 @@ fn has_avx512() -> bool {
 
 /// Fills `light` with [`Kernel::radiance`] of `pixel_sample(i)` for each index `i`. Lanes that the CPU does not have are
 /// replaced by one.
-pub fn radiance(
-    kernel: &Kernel<'_>,
-    width: Width,
-    pixel_sample: &dyn Fn(usize) -> (UVec2, u32),
-    light: &mut [Vec4],
-) {
+pub fn radiance(kernel: &Kernel<'_>, width: Width, pixel_sample: &dyn Fn(usize) -> (UVec2, u32), light: &mut [Vec4]) {
     #[cfg(target_arch = "x86_64")]
     match width {
         Width::Sixteen if width.is_here() => return sixteen::radiance(kernel, pixel_sample, light),
@@ -101,6 +96,44 @@ macro_rules! lanes {
 
             use glam::{UVec2, Vec4};
             use w::LANES;
+
+            /// The ray queries, one lane after the other.
+            mod native {
+                use super::*;
+
+                #[target_feature(enable = $features)]
+                pub fn bvh_closest(
+                    lanes: &Lanes<'_>,
+                    mask: w::M,
+                    o: w::V3<w::F>,
+                    d: w::V3<w::F>,
+                    t_max: w::F,
+                    start: w::U,
+                ) -> HitLanes {
+                    let mut hits = [Hit::default(); LANES];
+                    for k in (0..LANES).filter(|&k| mask.get(k)) {
+                        hits[k] = crate::query::bvh_closest(lanes.0, o.get(k), d.get(k), t_max.get(k), start.get(k));
+                    }
+                    HitLanes::gather(|k| hits[k])
+                }
+
+                #[target_feature(enable = $features)]
+                pub fn bvh_any(
+                    lanes: &Lanes<'_>,
+                    mask: w::M,
+                    o: w::V3<w::F>,
+                    d: w::V3<w::F>,
+                    t_max: w::F,
+                    start: w::U,
+                ) -> w::M {
+                    let mut hits = 0;
+                    for k in (0..LANES).filter(|&k| mask.get(k)) {
+                        let hit = crate::query::bvh_any(lanes.0, o.get(k), d.get(k), t_max.get(k), start.get(k));
+                        hits |= u32::from(hit) << k;
+                    }
+                    w::M::from_bits(hits)
+                }
+            }
 
             /// As [`super::radiance`]; the CPU must have the lanes.
             pub(super) fn radiance(
@@ -145,23 +178,12 @@ macro_rules! lanes {
                     if active.none() {
                         return;
                     }
-                    let mut hits = [Hit::default(); LANES];
-                    for k in (0..LANES).filter(|&k| active.get(k)) {
-                        hits[k] = kernel.closest_hit(path.o.get(k), path.d.get(k), path.start.get(k));
-                    }
-                    lanes.path_shade(active, &mut path, HitLanes::gather(|k| hits[k]));
+                    let hit = lanes.closest_hit(active, path.o, path.d, path.start);
+                    lanes.path_shade(active, &mut path, hit);
                     let asks = active.and(path.shadow_t.gt(w::F::splat(0.0)));
                     if asks.any() {
-                        let mut shares = [0.0; LANES];
-                        for k in (0..LANES).filter(|&k| asks.get(k)) {
-                            shares[k] = kernel.shadow_share(
-                                path.shadow_o.get(k),
-                                path.shadow_d.get(k),
-                                path.shadow_t.get(k),
-                                path.start.get(k),
-                            );
-                        }
-                        lanes.path_shadow(asks, &mut path, w::F::from_array(shares));
+                        let share = lanes.shadow_share(asks, path.shadow_o, path.shadow_d, path.shadow_t, path.start);
+                        lanes.path_shadow(asks, &mut path, share);
                     }
                     let ended = active.and_not(path.alive);
                     if ended.any() {

@@ -50,7 +50,9 @@ pub fn function(
     };
     let lanes = Lanes {
         scalar,
-        uniform: Uniform::new(module, function),
+        uniform: Uniform::new(module, function, &|callee| {
+            matches!(items.functions.get(&callee), Some(Callee::Native(_)))
+        }),
         locals: Default::default(),
         texts: Default::default(),
         before: Vec::new(),
@@ -170,9 +172,7 @@ impl<'a> Body<'a> {
         for (handle, local) in function.local_variables.iter() {
             let name = self.name(local.name.as_deref().unwrap_or("local"));
             let value = match local.init {
-                Some(init) => {
-                    expression::constant(module, self.lanes.scalar.items, &function.expressions, init)?
-                }
+                Some(init) => expression::constant(module, self.lanes.scalar.items, &function.expressions, init)?,
                 None => expression::zero(module, local.ty)?,
             };
             if self.lanes.uniform.local_varies(handle) {
@@ -298,10 +298,15 @@ impl<'a> Body<'a> {
                 Ok(())
             }
             Statement::Call { function, arguments, result } => {
-                let Some(Callee::Method(name)) = self.lanes.scalar.items.functions.get(function) else {
-                    return Err("a native function".to_owned());
+                let (name, native) = match self.lanes.scalar.items.functions.get(function) {
+                    Some(Callee::Method(name)) => (name.as_str(), false),
+                    Some(Callee::Native(path)) => (path.rsplit("::").next().unwrap_or(path), true),
+                    None => return Err("a call of an unknown function".to_owned()),
                 };
                 let mut list = vec![self.mask.clone()];
+                if native {
+                    list.insert(0, "self".to_owned());
+                }
                 if let Some(result) = *result
                     && !self.lanes.varies(result)
                 {
@@ -322,7 +327,8 @@ impl<'a> Body<'a> {
                         _ => self.value(argument)?,
                     });
                 }
-                let call = format!("self.{name}({})", list.join(", "));
+                let callee = if native { format!("native::{name}") } else { format!("self.{name}") };
+                let call = format!("{callee}({})", list.join(", "));
                 let named =
                     result.and_then(|result| self.lanes.scalar.function.named_expressions.get(&result).cloned());
                 match result {
@@ -367,12 +373,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    fn choose(
-        &mut self,
-        condition: Handle<Expression>,
-        accept: &'a Block,
-        reject: &'a Block,
-    ) -> Result<(), Reason> {
+    fn choose(&mut self, condition: Handle<Expression>, accept: &'a Block, reject: &'a Block) -> Result<(), Reason> {
         if !self.lanes.uniform.parts(accept) {
             let condition = self.lanes.scalar.value(condition)?;
             self.line(format!("if {condition} {{"));
@@ -695,9 +696,7 @@ fn returns_apart(uniform: &Uniform, block: &Block) -> bool {
         Statement::Block(block) => returns_apart(uniform, block),
         Statement::If { accept, reject, .. } => returns_apart(uniform, accept) || returns_apart(uniform, reject),
         Statement::Switch { cases, .. } => cases.iter().any(|case| returns_apart(uniform, &case.body)),
-        Statement::Loop { body, continuing, .. } => {
-            returns_apart(uniform, body) || returns_apart(uniform, continuing)
-        }
+        Statement::Loop { body, continuing, .. } => returns_apart(uniform, body) || returns_apart(uniform, continuing),
         _ => false,
     })
 }

@@ -58,11 +58,12 @@ pub struct LaneOptions<'a> {
 
 /// Translates functions of a WGSL module to Rust over lanes, as methods of a struct `Lanes` about the scalar kernel. The
 /// text is a module of its own beside that of [`translate`](crate::translate), for x86-64 only, and holds the few lines of
-/// unsafe code that vector registers ask for. Its functions are safe to call where the features are enabled.
+/// unsafe code that vector registers ask for. Its functions are safe to call where the features are enabled. Native
+/// functions are called as `native::NAME(self, mask, …)`: whoever includes the text puts a module `native` beside it.
 ///
 /// # Errors
-/// As of [`translate`](crate::translate); a root that is not declared; a function called from a root that is native or
-/// has no translation to lanes.
+/// As of [`translate`](crate::translate); a root that is not declared; a function called from a root that has no
+/// translation to lanes.
 pub fn translate_lanes(wgsl: &str, options: &Options<'_>, lanes: &LaneOptions<'_>) -> Result<Output, Error> {
     let (module, info) = crate::validate(wgsl)?;
     let items = Items::new(&module, options)?;
@@ -74,7 +75,7 @@ pub fn translate_lanes(wgsl: &str, options: &Options<'_>, lanes: &LaneOptions<'_
         open.push(handle);
     }
     while let Some(handle) = open.pop() {
-        if wanted.insert(handle) {
+        if matches!(items.functions.get(&handle), Some(Callee::Method(_))) && wanted.insert(handle) {
             calls(&module.functions[handle].body, &mut open);
         }
     }
@@ -88,9 +89,7 @@ pub fn translate_lanes(wgsl: &str, options: &Options<'_>, lanes: &LaneOptions<'_
     rust += "    fn deref(&self) -> &Scalar<'a> {\n        self.0\n    }\n}\nimpl Lanes<'_> {\n";
     for (handle, function) in module.functions.iter().filter(|(handle, _)| wanted.contains(handle)) {
         let name = function.name.as_deref().unwrap_or("unnamed");
-        let Some(Callee::Method(method)) = items.functions.get(&handle) else {
-            return Err(Error::construct(name, "a native function on lanes"));
-        };
+        let Some(Callee::Method(method)) = items.functions.get(&handle) else { continue };
         let text = body::function(&module, &items, &info[handle], function, method)
             .map_err(|reason| Error::construct(name, format!("{reason} on lanes")))?;
         rust.push_str(&text);
@@ -170,8 +169,7 @@ fn count(size: VectorSize) -> usize {
 fn splat(module: &Module, ty: Handle<Type>, text: &str) -> Result<String, Reason> {
     Ok(match module.types[ty].inner {
         TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
-            let parts: Result<Vec<_>, _> =
-                (0..n.get()).map(|i| splat(module, base, &format!("{text}[{i}]"))).collect();
+            let parts: Result<Vec<_>, _> = (0..n.get()).map(|i| splat(module, base, &format!("{text}[{i}]"))).collect();
             format!("[{}]", parts?.join(", "))
         }
         _ => format!("{}::splat({text})", lane_type(module, ty)?),
@@ -252,7 +250,9 @@ fn one_struct(
         let chosen = select(module, member.ty, "m", &format!("accept.{field}"), &format!("reject.{field}"))?;
         selects.push(format!("{field}: {chosen}"));
     }
-    *out += &format!("/// `{scalar}` on lanes.\n#[derive(Clone, Copy)]\npub struct {name} {{\n{fields}}}\nimpl {name} {{\n");
+    *out += &format!(
+        "/// `{scalar}` on lanes.\n#[derive(Clone, Copy)]\npub struct {name} {{\n{fields}}}\nimpl {name} {{\n"
+    );
     for (signature, body) in [
         (format!("splat(a: {scalar}) -> Self"), format!("Self {{ {} }}", splats.join(", "))),
         (format!("gather(f: impl Fn(usize) -> {scalar}) -> Self"), format!("Self {{ {} }}", gathers.join(", "))),

@@ -39,8 +39,9 @@ enum Target {
 }
 
 impl Uniform {
-    /// Looks at a function until nothing more is found to differ between lanes.
-    pub fn new(module: &Module, function: &naga::Function) -> Self {
+    /// Looks at a function until nothing more is found to differ between lanes. What a native function gives may always
+    /// differ.
+    pub fn new(module: &Module, function: &naga::Function, is_native: &dyn Fn(Handle<naga::Function>) -> bool) -> Self {
         let mut uniform = Self::default();
         uniform.places.push(Place { parent: 0, decider: None, repeats: false });
         uniform.map(&function.body, 0);
@@ -55,7 +56,7 @@ impl Uniform {
         }
         loop {
             let before = (uniform.varying.len(), uniform.varying_locals.len(), uniform.masked.len());
-            let mut walk = Walk { module, function, uniform: &mut uniform, targets: Vec::new() };
+            let mut walk = Walk { module, function, is_native, uniform: &mut uniform, targets: Vec::new() };
             walk.block(&function.body);
             if before == (uniform.varying.len(), uniform.varying_locals.len(), uniform.masked.len()) {
                 return uniform;
@@ -226,6 +227,7 @@ pub fn root_of(function: &naga::Function, mut handle: Handle<Expression>) -> Opt
 struct Walk<'a> {
     module: &'a Module,
     function: &'a naga::Function,
+    is_native: &'a dyn Fn(Handle<naga::Function>) -> bool,
     uniform: &'a mut Uniform,
     targets: Vec<(Target, usize)>,
 }
@@ -288,8 +290,8 @@ impl Walk<'_> {
                         self.uniform.varying_locals.insert(local);
                     }
                 }
-                Statement::Call { arguments, result, .. } => {
-                    let mut varies = false;
+                Statement::Call { function, arguments, result } => {
+                    let mut varies = (self.is_native)(*function);
                     for &argument in arguments {
                         varies |= self.varies(argument);
                         if let Some(local) = root_of(self.function, argument)

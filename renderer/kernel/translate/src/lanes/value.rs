@@ -237,7 +237,13 @@ impl<'a> Lanes<'a> {
     }
 
     /// `accept` where the index is `i` for each element but the last, which is also read past the end.
-    fn search(&mut self, elements: &[String], index: &str, inner: &TypeInner, ty: Option<Handle<Type>>) -> Result<String, Reason> {
+    fn search(
+        &mut self,
+        elements: &[String],
+        index: &str,
+        inner: &TypeInner,
+        ty: Option<Handle<Type>>,
+    ) -> Result<String, Reason> {
         let index = self.bind(&format!("{index}.bits_uint()"));
         let Some((last, rest)) = elements.split_last() else { return Err("an array with no elements".to_owned()) };
         let mut text = last.clone();
@@ -496,7 +502,8 @@ impl<'a> Lanes<'a> {
             }
             Step::Array(index, false, n) => (elements(text, *n)?, format!("{index}.bits_uint()")),
             Step::Vector(index, uniform, n) => {
-                let index = if *uniform { format!("w::U::splat({index} as u32)") } else { format!("{index}.bits_uint()") };
+                let index =
+                    if *uniform { format!("w::U::splat({index} as u32)") } else { format!("{index}.bits_uint()") };
                 (PARTS[..*n as usize].iter().map(|part| format!("{text}.{part}")).collect(), index)
             }
         };
