@@ -206,7 +206,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
     use kinora_renderer::PackError;
     let code = match error {
         PackError::Coordinates { .. } => "E0401",
-        PackError::TooMany { .. } | PackError::TooDeep { .. } => "E1004",
+        PackError::TooMany { .. } | PackError::TooDeep { .. } | PackError::Materials { .. } => "E1004",
     };
     Diagnostic::new(code, error.to_string())
 }

@@ -23,6 +23,13 @@ pub enum FileError {
         /// The path.
         path: String,
     },
+    /// There is one whose name differs in upper and lower case only: some systems would find it, others not.
+    Case {
+        /// The path asked for.
+        path: String,
+        /// The path as the disk has it.
+        named: String,
+    },
     /// `..` above the root.
     Outside {
         /// The path.
@@ -61,6 +68,7 @@ impl FileError {
     pub fn code(&self) -> &'static str {
         match self {
             FileError::Missing { .. } => "E0701",
+            FileError::Case { .. } => "E0708",
             FileError::Outside { .. } => "E0703",
             FileError::Forbidden { .. } => "E0704",
             FileError::Link { .. } => "E0705",
@@ -73,6 +81,7 @@ impl FileError {
     pub fn message(&self) -> String {
         match self {
             FileError::Missing { path } => format!("cannot find `{path}`"),
+            FileError::Case { named, .. } => format!("file is named `{named}`"),
             FileError::Outside { path } => format!("`{path}` is outside the project"),
             FileError::Forbidden { .. } => "only paths inside the project are allowed".to_string(),
             FileError::Link { path } => format!("`{path}` links outside the project"),
@@ -90,6 +99,10 @@ impl FileError {
             FileError::Missing { path } => {
                 found.primary(file, span, "no such file").note(format!("looked in the project for `{path}`"))
             }
+            FileError::Case { .. } => found
+                .primary(file, span, "upper and lower case differ")
+                .note("some systems would find it all the same, others would not")
+                .help("write it as the file is named"),
             FileError::Outside { .. } => found
                 .primary(file, span, "leaves the project")
                 .note("the project is the folder with kinora.toml, else the scene's folder"),
@@ -207,6 +220,10 @@ pub fn resolve(from: &str, written: &str) -> Result<String, FileError> {
     Ok(parts.join("/"))
 }
 
+fn same_but_for_case(a: &str, b: &str) -> bool {
+    a.to_lowercase() == b.to_lowercase()
+}
+
 /// Names that mean a device on Windows, with any extension: refused everywhere, so that a project works everywhere.
 fn is_device(part: &str) -> bool {
     let stem = part.split('.').next().unwrap_or(part).trim_end().to_ascii_uppercase();
@@ -255,7 +272,13 @@ impl Folder {
         };
         let parent = parent.canonicalize()?;
         let root = parent.ancestors().find(|folder| folder.join("kinora.toml").is_file()).unwrap_or(&parent);
-        let inside = parent.strip_prefix(root).unwrap_or(Path::new("")).join(name);
+        // Whoever calls the scene by another case means the scene; only what is written in scenes must work everywhere.
+        let real = parent.join(name).canonicalize().ok();
+        let real = real
+            .as_deref()
+            .and_then(Path::file_name)
+            .filter(|real| real.to_str().zip(name.to_str()).is_some_and(|(real, name)| same_but_for_case(real, name)));
+        let inside = parent.strip_prefix(root).unwrap_or(Path::new("")).join(real.unwrap_or(name));
         let parts: Option<Vec<&str>> = inside.iter().map(|part| part.to_str()).collect();
         let parts = parts.ok_or_else(|| bad("the path is not Unicode"))?;
         Ok((Folder { root: root.to_path_buf(), asked: Asked::default() }, parts.join("/")))
@@ -264,6 +287,24 @@ impl Folder {
     /// The root, canonical.
     pub fn root(&self) -> &Path {
         &self.root
+    }
+
+    /// The path as the disk has it, where only upper and lower case differ.
+    fn named(&self, path: &str) -> Option<String> {
+        const MOST_ENTRIES: usize = 10_000;
+        let (mut folder, mut named) = (self.root.clone(), Vec::new());
+        for part in path.split('/') {
+            // A link may have led out of the project.
+            folder = folder.canonicalize().ok().filter(|folder| folder.starts_with(&self.root))?;
+            let entries = std::fs::read_dir(&folder).ok()?.take(MOST_ENTRIES).flatten();
+            let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+            let mut like: Vec<String> = names.filter(|name| same_but_for_case(name, part)).collect();
+            like.sort_by_key(|name| (name != part, name.clone()));
+            let name = like.into_iter().next()?;
+            folder.push(&name);
+            named.push(name);
+        }
+        Some(named.join("/"))
     }
 
     fn fetch(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
@@ -277,9 +318,23 @@ impl Folder {
             }
             _ => FileError::Unreadable { path: path.clone(), reason: error.to_string() },
         };
-        let real = self.root.join(&path).canonicalize().map_err(failed)?;
+        let real = match self.root.join(&path).canonicalize() {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => match self.named(&path) {
+                Some(named) => return Err(FileError::Case { path, named }),
+                None => return Err(failed(error)),
+            },
+            result => result.map_err(failed)?,
+        };
         if !real.starts_with(&self.root) {
             return Err(FileError::Link { path });
+        }
+        // What the disk finds although it is called otherwise.
+        if let Some(named) =
+            real.strip_prefix(&self.root).ok().and_then(Path::to_str).map(|name| name.replace('\\', "/"))
+            && named != path
+            && same_but_for_case(&named, &path)
+        {
+            return Err(FileError::Case { path, named });
         }
         let unreadable = |reason: &str| FileError::Unreadable { path: path.clone(), reason: reason.to_string() };
         // Asked before opening: opening a pipe would wait for its other end.
@@ -332,7 +387,10 @@ impl Memory {
     fn fetch(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
         let path = resolve("", path)?;
         match self.files.get(&path) {
-            None => Err(FileError::Missing { path }),
+            None => Err(match self.files.keys().find(|name| same_but_for_case(name, &path)) {
+                Some(named) => FileError::Case { named: named.clone(), path },
+                None => FileError::Missing { path },
+            }),
             Some(bytes) if bytes.len() as u64 > limit => {
                 Err(FileError::TooLarge { path, bytes: bytes.len() as u64, limit })
             }

@@ -34,6 +34,7 @@ fn memory() {
     let files = Memory::new([("lib/a.kin", "lang 1".as_bytes()), ("bad.kin", b"\xE9")]);
     assert_eq!(files.read("lib/a.kin").as_deref(), Ok("lang 1".as_bytes()));
     assert_eq!(files.read("lib/b.kin").map_err(|error| error.code()), Err("E0701"));
+    assert_eq!(files.read("lib/A.kin").map_err(|error| error.code()), Err("E0708"));
     assert_eq!(files.read_at_most("lib/a.kin", 5).map_err(|error| error.code()), Err("E0712"));
     assert_eq!(files.read("../a.kin").map_err(|error| error.code()), Err("E0703"));
     assert_eq!(
@@ -41,7 +42,8 @@ fn memory() {
         Ok(Some("E0119"))
     );
     let asked: Vec<(String, bool)> = files.dependencies().into_iter().map(|file| (file.path, file.found)).collect();
-    let expected = [("../a.kin", false), ("bad.kin", true), ("lib/a.kin", false), ("lib/b.kin", false)];
+    let expected =
+        [("../a.kin", false), ("bad.kin", true), ("lib/A.kin", false), ("lib/a.kin", false), ("lib/b.kin", false)];
     assert_eq!(asked, expected.map(|(path, found)| (path.to_string(), found)));
 }
 
@@ -60,6 +62,9 @@ fn folder() {
     assert_eq!(code("scenes/a.kin"), Ok(b"lang 1".to_vec()));
     assert_eq!(code("scenes/b.kin"), Err("E0701"));
     assert_eq!(code("scenes/a.kin/b"), Err("E0701"));
+    assert_eq!(code("Scenes/A.kin"), Err("E0708"));
+    let named = files.read("scenes/A.KIN").map_err(|error| error.message());
+    assert_eq!(named, Err("file is named `scenes/a.kin`".to_string()));
     assert_eq!(code("../secret"), Err("E0703"));
     assert_eq!(code("scenes"), Err("E0711"));
     #[cfg(unix)]
@@ -68,6 +73,8 @@ fn folder() {
         std::os::unix::fs::symlink("scenes/a.kin", project.join("in")).unwrap();
         assert_eq!(code("out"), Err("E0705"));
         assert_eq!(code("in"), Ok(b"lang 1".to_vec()));
+        std::os::unix::fs::symlink(&base, project.join("away")).unwrap();
+        assert_eq!(code("away/Secret"), Err("E0701"));
     }
     std::fs::remove_dir_all(&base).unwrap();
 }

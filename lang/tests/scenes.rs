@@ -189,6 +189,18 @@ fn samples_of_the_language() {
     }
 }
 
+/// The page that teaches the language makes no mistakes.
+#[test]
+fn examples_of_the_documentation() {
+    let page = include_str!("../../docs/language.md").replace("\r\n", "\n");
+    let examples: Vec<&str> =
+        page.split("```kin\n").skip(1).filter_map(|rest| rest.split_once("```").map(|found| found.0)).collect();
+    assert!(examples.len() >= 6);
+    for example in examples {
+        assert_eq!(errors(example, &Overrides::default()), [], "{example}");
+    }
+}
+
 #[test]
 fn evaluation_is_deterministic() {
     let text = format!(
@@ -269,6 +281,13 @@ fn bombs_end() {
     let chain_of = |line: &dyn Fn(usize) -> String| (0..60).map(line).collect::<String>();
     let tuples = chain_of(&|i| format!("let t{} = (t{i}, t{i})\n", i + 1));
     let copies = chain_of(&|i| format!("group g{} {{\ngroup like g{i} {{ }}\ngroup like g{i} {{ }}\n}}\n", i + 1));
+    let coats: String = (0..30_000).map(|i| format!("glossy c{i} {{ base: c{} }}\n", i + 1)).collect();
+    let mixes = chain_of(&|i| format!("let m{} = mix(m{i}, m{i}, amount: 0.5)\n", i + 1));
+    let in_order = concat!(
+        "fn more(list: list<material>) -> list<material> = list + [mix(list[0], list[count(list) - 1], amount: 0.5)]\n",
+        "fn grow(list: list<material>, n: int) -> list<material> = if n == 0 { list } else { grow(more(list), n - 1) }\n",
+        "for m in grow([diffuse { }], 60) { sphere { material: m } }"
+    );
     let boxes: String = (0..30_000).map(|i| format!("let b{} = [b{i}]\n", i + 1)).collect();
     let sums_of_lists =
         "let big = [for i in 0..100000: i]\nlet all = [for i in 0..100000: sum(big)]\nsphere { radius: all[0] }";
@@ -276,6 +295,9 @@ fn bombs_end() {
     for (name, text, expected) in [
         ("tuples", format!("let t0 = (1, 1)\n{tuples}sphere {{ position: t60 }}"), Some("E1004")),
         ("copies", format!("group g0 {{ sphere {{ }} }}\n{copies}"), Some("E1004")),
+        ("coats", format!("{coats}glossy c30000 {{ }}\nsphere {{ material: c0 }}"), Some("E1004")),
+        ("mixes", format!("diffuse m0 {{ }}\n{mixes}sphere {{ material: m60 }}"), Some("E1004")),
+        ("mixes in order", in_order.to_string(), Some("E1004")),
         ("boxes", format!("let b0 = 1\n{boxes}sphere {{ position: b30000 }}"), Some("E1004")),
         ("sums of lists", sums_of_lists.to_string(), Some("E1003")),
         ("operations", operations.to_string(), Some("E1004")),

@@ -1,5 +1,8 @@
 //! What the end-to-end tests share.
 
+pub mod measure;
+pub mod reference;
+
 /// A GPU device, a software one if need be, with the adapter's own limits; `None` where the machine has no adapter and
 /// `KINORA_NO_GPU=1` says that this is known.
 ///
@@ -35,6 +38,24 @@ pub fn scene(path: &str, params: &[(&str, &str)]) -> kinora_scene::Scene {
         Ok(evaluated) if evaluated.warnings.is_empty() => evaluated.scene,
         Ok(evaluated) => panic!("{name}: {:?}", evaluated.warnings),
         Err(found) => panic!("{name}: {found:?}"),
+    }
+}
+
+/// The world of a text in the scene language at time 0; its warnings are failures too.
+///
+/// # Panics
+/// The text has a mistake.
+pub fn world(text: &str) -> kinora_scene::World {
+    use kinora_lang::source::{FileId, Source};
+    let source = Source::new(FileId(0), "test.kin", text);
+    let files = kinora_lang::files::Memory::default();
+    match kinora_lang::eval(&kinora_lang::parse(&source), &files, &Default::default()) {
+        Ok(evaluated) if evaluated.warnings.is_empty() => {
+            let shutter = evaluated.scene.clock.shutter_of(0);
+            kinora_animator::sample(&evaluated.scene, shutter).expect("the scene has a world at 0 s")
+        }
+        Ok(evaluated) => panic!("{text}\n{:?}", evaluated.warnings),
+        Err(found) => panic!("{text}\n{found:?}"),
     }
 }
 

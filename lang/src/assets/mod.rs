@@ -91,6 +91,7 @@ fn finish(mut mesh: Mesh, smooth: Option<bool>, fit: Option<f64>) -> Result<Mesh
 pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
     type Key = (String, Option<bool>, Option<u64>);
     let mut known: HashMap<Key, Result<Arc<Mesh>, ()>> = HashMap::new();
+    let mut open: HashMap<*const Mesh, usize> = HashMap::new();
     for request in &lowered.meshes {
         let key = match &request.from {
             MeshFrom::File(path) => Some((path.to_string(), request.smooth, request.fit.map(f64::to_bits))),
@@ -108,10 +109,23 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
                 mesh
             }
         };
+        if let (Ok(mesh), Some(span)) = (&mesh, request.glass) {
+            let count = *open.entry(Arc::as_ptr(mesh)).or_insert_with(|| shape::boundary_edges(mesh));
+            diagnostics.extend((count > 0).then(|| open_glass(count, source, span)));
+        }
         if let (Ok(mesh), Some(node)) = (mesh, lowered.scene.nodes.get_mut(request.node)) {
             node.shape = Some(Shape::Mesh(mesh));
         }
     }
+}
+
+/// W0509.
+fn open_glass(count: usize, source: &Source, span: Span) -> Diagnostic {
+    let edges = if count == 1 { "edge" } else { "edges" };
+    Diagnostic::new("W0509", format!("glass needs a closed mesh; {count} boundary {edges}"))
+        .primary(source.id, span, "light would go in and never come out, or the other way round")
+        .note("absorption will be wrong")
+        .help("close the mesh, or make it a sheet: `dielectric { thin: true }`")
 }
 
 fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mesh, Box<Diagnostic>> {

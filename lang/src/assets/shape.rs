@@ -25,6 +25,38 @@ pub(super) fn smooth_normals(mesh: &Mesh) -> Vec<Vec3> {
     mesh.positions.iter().map(of).collect()
 }
 
+/// How many edges belong to an odd number of triangles: 0 where the surface is closed. Vertices in one place are one.
+pub(super) fn boundary_edges(mesh: &Mesh) -> usize {
+    let key = |corner: u32| {
+        let place = mesh.positions.get(corner as usize).copied().unwrap_or_default() + Vec3::ZERO;
+        place.to_array().iter().fold(0, |hash, part| mixed(hash ^ u64::from(part.to_bits())))
+    };
+    let edges = || {
+        mesh.triangles.iter().flat_map(|triangle| {
+            let [a, b, c] = triangle.map(key);
+            [(a, b), (b, c), (c, a)].map(|(a, b)| if a < b { (a, b) } else { (b, a) })
+        })
+    };
+    // Edges that come twice cancel: one look tells of almost every mesh that it is closed.
+    if edges().fold(0, |sum, (a, b)| sum ^ if a == b { 0 } else { mixed(a ^ mixed(b)) }) == 0 {
+        return 0;
+    }
+    let mut odd: HashMap<(u64, u64), bool> = HashMap::new();
+    for edge in edges().filter(|(a, b)| a != b) {
+        let odd = odd.entry(edge).or_default();
+        *odd = !*odd;
+    }
+    odd.values().filter(|odd| **odd).count()
+}
+
+/// SplitMix64's last step.
+fn mixed(mut x: u64) -> u64 {
+    x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
 /// Replaces normals without length, which some programs write, by computed ones.
 pub(super) fn repair_normals(mesh: &mut Mesh) {
     let unit = |normal: &Vec3| (normal.length_squared() - 1.0).abs() < 1e-3;

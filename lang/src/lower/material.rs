@@ -13,6 +13,17 @@ use crate::schema::Sort;
 use crate::source::Span;
 use crate::value::NodeId;
 
+/// What must be known of a material, parts included.
+#[derive(Clone, Copy, Default)]
+pub(super) struct MadeOf {
+    /// Where the power of its light is set, if it is.
+    pub power: Option<Span>,
+    /// How many materials are inside one another below it.
+    pub layers: usize,
+    /// Whether it has an inside.
+    pub glass: bool,
+}
+
 impl<'a> Lower<'_, 'a> {
     /// The index of a material; `None` stands for the default one.
     pub(super) fn material(&mut self, id: Option<NodeId>) -> usize {
@@ -28,21 +39,35 @@ impl<'a> Lower<'_, 'a> {
             }
             None => Material::default_diffuse(),
         };
-        let power = match &material.bsdf {
-            Bsdf::Emitter { emission: Emission::Power(_), .. } => {
-                id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name))
+        let part = |index: usize| self.made_of.get(index).copied().unwrap_or_default();
+        let made_of = match &material.bsdf {
+            Bsdf::Emitter { emission: Emission::Power(_), .. } => MadeOf {
+                power: id.and_then(|id| read::set(&self.machine.done(id)?, "power").map(|set| set.name)),
+                ..MadeOf::default()
+            },
+            Bsdf::Dielectric { thin, .. } => MadeOf { glass: !thin, ..MadeOf::default() },
+            Bsdf::Glossy { base, .. } => {
+                let base = part(*base);
+                MadeOf { power: None, layers: base.layers + 1, ..base }
             }
-            Bsdf::Mix { a, b, .. } => [a, b].into_iter().find_map(|part| self.powers.get(*part).copied().flatten()),
-            _ => None,
+            Bsdf::Mix { a, b, .. } => {
+                let (a, b) = (part(*a), part(*b));
+                let layers = a.layers.max(b.layers) + 1;
+                MadeOf { power: a.power.or(b.power), layers, glass: a.glass || b.glass }
+            }
+            _ => MadeOf::default(),
         };
-        let index = self.push_material(material, power);
+        if made_of.layers >= limits::LAYERS {
+            self.too_deep(id);
+        }
+        let index = self.push_material(material, made_of);
         self.known_materials.insert(id, index);
         index
     }
 
-    fn push_material(&mut self, material: Material<Animated>, power: Option<Span>) -> usize {
+    fn push_material(&mut self, material: Material<Animated>, made_of: MadeOf) -> usize {
         self.materials.push(material);
-        self.powers.push(power);
+        self.made_of.push(made_of);
         self.materials.len() - 1
     }
 
@@ -54,11 +79,16 @@ impl<'a> Lower<'_, 'a> {
             return self.material(None);
         }
         if self.open_materials.len() >= limits::LAYERS {
-            let span = self.machine.nodes.get(outer.0 as usize).map_or(Span::at(0), |slot| slot.place());
-            self.machine.too_many("materials inside one another", limits::LAYERS, span);
+            self.too_deep(Some(outer));
             return self.material(None);
         }
         self.material(Some(inner))
+    }
+
+    /// E1004.
+    fn too_deep(&mut self, id: Option<NodeId>) {
+        let span = id.map_or(Span::at(0), |id| self.span(id));
+        self.machine.too_many("materials inside one another", limits::LAYERS, span);
     }
 
     /// E0505.
@@ -90,7 +120,7 @@ impl<'a> Lower<'_, 'a> {
                     None => {
                         let color = read::track(self.machine, node, "color");
                         let lambert = Bsdf::Diffuse { color, roughness: 0.0.into(), model: DiffuseModel::Eon };
-                        self.push_material(lambert.into(), None)
+                        self.push_material(lambert.into(), MadeOf::default())
                     }
                 };
                 Bsdf::Glossy {

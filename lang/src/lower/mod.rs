@@ -6,6 +6,7 @@ mod place;
 mod read;
 mod render;
 mod shape;
+mod space;
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -21,7 +22,7 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
-use material::shining;
+use material::{MadeOf, shining};
 pub use shape::{MeshFrom, MeshRequest};
 
 /// A scene whose meshes are still to be read.
@@ -56,8 +57,8 @@ struct Lower<'m, 'a> {
     order: Vec<usize>,
     first: HashMap<NodeId, usize>,
     materials: Vec<Material<Animated>>,
-    /// Of each of `materials`: where the power of its light is set, if it is.
-    powers: Vec<Option<Span>>,
+    /// One of each of `materials`.
+    made_of: Vec<MadeOf>,
     known_materials: HashMap<Option<NodeId>, usize>,
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
@@ -81,7 +82,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         order: Vec::new(),
         first: HashMap::new(),
         materials: Vec::new(),
-        powers: Vec::new(),
+        made_of: Vec::new(),
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),
@@ -147,6 +148,7 @@ impl<'a> Lower<'_, 'a> {
             Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
         let shining = shining(&scene.materials);
         self.coated_lights(&scene.materials, &shining);
+        self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
         Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
     }

@@ -108,6 +108,11 @@ impl<'a> Lower<'_, 'a> {
             (Some(_), None) => self.material(None),
         };
         self.power_of_plane(id, node, shape.as_ref(), material);
+        if let Some(request) = self.meshes.last_mut().filter(|request| request.node == index)
+            && self.made_of.get(material).is_some_and(|made_of| made_of.glass)
+        {
+            request.glass = read::set(node, "material").map(|set| set.expr.span);
+        }
         let (placing, visible) = match node.kind {
             NodeKind::Schema(_) => (
                 Placing {

@@ -27,6 +27,8 @@ pub struct MeshRequest {
     pub smooth: Option<bool>,
     /// `fit`, if set: metres.
     pub fit: Option<f64>,
+    /// The place that makes it of glass, if it is: its inside must then be closed.
+    pub glass: Option<Span>,
 }
 
 /// Where a mesh comes from.
@@ -56,9 +58,7 @@ impl<'a> Lower<'_, 'a> {
                 };
                 Shape::Quad { frame: self.frame(id, node), size_m }
             }
-            "torus" => {
-                Shape::Torus { radius_m: read::number(node, "radius"), tube_m: read::number(node, "tube") }
-            }
+            "torus" => Shape::Torus { radius_m: read::number(node, "radius"), tube_m: read::number(node, "tube") },
             "plane" => Shape::Plane { frame: self.frame(id, node) },
             "mesh" => {
                 self.mesh(id, node, index);
@@ -95,7 +95,7 @@ impl<'a> Lower<'_, 'a> {
     ) {
         let Some(Shape::Plane { .. }) = shape else { return };
         let Some(set) = read::set(node, "material") else { return };
-        let Some(power) = self.powers.get(material).copied().flatten() else { return };
+        let Some(power) = self.made_of.get(material).and_then(|made_of| made_of.power) else { return };
         let file = self.machine.file();
         let diagnostic = Diagnostic::new("E0401", "an infinite plane cannot have a `power`")
             .primary(file, set.expr.span, "its light has no sum")
@@ -139,7 +139,7 @@ impl<'a> Lower<'_, 'a> {
         };
         let smooth = read::number_if_set(node, "smooth").map(|value| value != 0.0);
         let fit = read::number_if_set(node, "fit");
-        self.meshes.push(MeshRequest { node: index, from, span, smooth, fit });
+        self.meshes.push(MeshRequest { node: index, from, span, smooth, fit, glass: None });
     }
 
     fn lists(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Option<Mesh> {

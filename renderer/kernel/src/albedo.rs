@@ -8,13 +8,14 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::LazyLock;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
-use crate::Packed;
 use crate::generated::{
-    BOUNDARY_COSINES, BOUNDARY_INDICES, BOUNDARY_REACH, BOUNDARY_ROUGHNESSES, METAL_COSINES, METAL_ROUGHNESSES,
-    STRETCHED_ANISOTROPIES, STRETCHED_COSINES, STRETCHED_ROUGHNESSES, STRETCHED_TURNS, TABLE_ALBEDO, TABLE_END,
+    BOUNDARY_COSINES, BOUNDARY_INDICES, BOUNDARY_REACH, BOUNDARY_ROUGHNESSES, BOUNDARY_SIDE, METAL_COSINES,
+    METAL_ROUGHNESSES, MIRROR_ALPHA, STRETCHED_ANISOTROPIES, STRETCHED_COSINES, STRETCHED_ROUGHNESSES, STRETCHED_TURNS,
+    TABLE_ALBEDO, TABLE_BOUNDARY, TABLE_END, TABLE_STRETCHED,
 };
+use crate::{Kernel, Packed};
 
 static TABLES: LazyLock<Vec<f32>> = LazyLock::new(|| {
     let bytes = include_bytes!("../data/albedo.f32");
@@ -36,66 +37,111 @@ pub fn alphas(roughness: f64, anisotropy: f64) -> [f64; 2] {
     [along, across * along]
 }
 
-/// Points of a square's side at which integrands are taken.
-const STEPS: u32 = 128;
+/// Points at which integrands are taken, and the generator of the lattice that they form: Fibonacci numbers.
+const POINTS: u32 = 6_765;
+const GENERATOR: u32 = 4_181;
+
+// Cosine and sine of the lattice's second coordinate, as a turn.
+static TURNS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
+    let turn = |i: u32| TAU * f64::from(i * GENERATOR % POINTS) / f64::from(POINTS);
+    (0..POINTS).map(|i| [turn(i).cos(), turn(i).sin()]).collect()
+});
+
 /// Narrower lobes are not distinguished; a table's first nodes would be 0 / 0 else.
-const NARROWEST: f64 = 1e-3;
+const NARROWEST: f64 = MIRROR_ALPHA as f64;
 
-// A cosine of 0 has no albedo, only a limit.
-fn cosine(i: u32, nodes: u32) -> f64 {
-    (f64::from(i) / f64::from(nodes - 1)).powi(2).max(1e-4)
+// The cosine whose place is node `i` of `nodes`. A cosine of 0 has no albedo, only a limit.
+fn cosine(i: u32, nodes: u32, place: impl Fn(f32) -> f32) -> f64 {
+    let (mut low, mut high) = (1e-7_f32, 1.0);
+    let want = i as f32 / (nodes - 1) as f32;
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        *(if place(middle) < want { &mut low } else { &mut high }) = middle;
+    }
+    f64::from(high)
 }
 
-/// Entry `index` of the tables.
-pub fn entry(index: u32) -> f32 {
-    let node = |i: u32, nodes: u32| f64::from(i) / f64::from(nodes - 1);
-    let stretched = METAL_COSINES * METAL_ROUGHNESSES;
-    let boundary = stretched + STRETCHED_COSINES * STRETCHED_TURNS * STRETCHED_ROUGHNESSES * STRETCHED_ANISOTROPIES;
-    let value = if index < stretched {
-        let (c, r) = (index % METAL_COSINES, index / METAL_COSINES);
-        let [along, across] = alphas(node(r, METAL_ROUGHNESSES), 0.0);
-        metal(direction(cosine(c, METAL_COSINES), 0.0), along, across)
-    } else if index < boundary {
-        let i = index - stretched;
-        let (c, i) = (i % STRETCHED_COSINES, i / STRETCHED_COSINES);
-        let (turn, i) = (i % STRETCHED_TURNS, i / STRETCHED_TURNS);
-        let (r, a) = (i % STRETCHED_ROUGHNESSES, i / STRETCHED_ROUGHNESSES);
-        let [along, across] = alphas(node(r, STRETCHED_ROUGHNESSES), node(a, STRETCHED_ANISOTROPIES));
-        let phi = node(turn, STRETCHED_TURNS).sqrt().asin().min(FRAC_PI_2);
-        metal(direction(cosine(c, STRETCHED_COSINES), phi), along, across)
+fn node(i: u32, nodes: u32) -> f64 {
+    f64::from(i) / f64::from(nodes - 1)
+}
+
+fn metal_entry(k: &Kernel<'_>, i: u32) -> f64 {
+    let (c, r) = (i % METAL_COSINES, i / METAL_COSINES);
+    let alpha = alphas(node(r, METAL_ROUGHNESSES), 0.0)[0].max(NARROWEST);
+    let mu = cosine(c, METAL_COSINES, |mu| k.visible_place(mu, alpha as f32));
+    metal(direction(mu, 0.0), alpha, alpha)
+}
+
+fn stretched_entry(k: &Kernel<'_>, i: u32) -> f64 {
+    let (c, i) = (i % STRETCHED_COSINES, i / STRETCHED_COSINES);
+    let (turn, i) = (i % STRETCHED_TURNS, i / STRETCHED_TURNS);
+    let (r, a) = (i % STRETCHED_ROUGHNESSES, i / STRETCHED_ROUGHNESSES);
+    let [along, across] = alphas(node(r, STRETCHED_ROUGHNESSES), node(a, STRETCHED_ANISOTROPIES));
+    let (along, across) = (along.max(NARROWEST), across.max(NARROWEST));
+    // The azimuth after stretching, and before.
+    let turned = node(turn, STRETCHED_TURNS).sqrt().asin().min(FRAC_PI_2);
+    let phi = (turned.sin() * along).atan2(turned.cos() * across);
+    let alpha = (along * phi.cos()).hypot(across * phi.sin());
+    let mu = cosine(c, STRETCHED_COSINES, |mu| k.visible_place(mu, alpha as f32));
+    metal(direction(mu, phi), along, across)
+}
+
+fn boundary_entry(k: &Kernel<'_>, i: u32) -> [f64; 2] {
+    let (c, i) = (i % BOUNDARY_COSINES, i / BOUNDARY_COSINES);
+    let (r, i) = (i % BOUNDARY_ROUGHNESSES, i / BOUNDARY_ROUGHNESSES);
+    let (x, leaving) = (i % BOUNDARY_INDICES, i / BOUNDARY_INDICES == 1);
+    let x = (node(x, BOUNDARY_INDICES) * f64::from(BOUNDARY_REACH)).powi(2);
+    let eta = if leaving { (1.0 - x) / (1.0 + x) } else { (1.0 + x) / (1.0 - x) };
+    let alpha = alphas(node(r, BOUNDARY_ROUGHNESSES), 0.0)[0].max(NARROWEST);
+    let mu = cosine(c, BOUNDARY_COSINES, |mu| k.boundary_place(mu, alpha as f32, eta as f32));
+    let [reflected, refracted] = boundary_albedo(mu, alpha, eta);
+    let part = if leaving {
+        reflected
     } else {
-        let i = index - boundary;
-        let (what, i) = (i % 2, i / 2);
-        let (c, i) = (i % BOUNDARY_COSINES, i / BOUNDARY_COSINES);
-        let (r, x) = (i % BOUNDARY_ROUGHNESSES, i / BOUNDARY_ROUGHNESSES);
-        let x = f64::from(BOUNDARY_REACH) * (2.0 * node(x, BOUNDARY_INDICES) - 1.0);
-        let eta = (1.0 + x) / (1.0 - x);
-        let [reflected, refracted] =
-            boundary_albedo(cosine(c, BOUNDARY_COSINES), alphas(node(r, BOUNDARY_ROUGHNESSES), 0.0)[0], eta);
-        if what == 0 { reflected } else { reflected + refracted }
+        reflected / fresnel(k.facet_cosine(mu as f32, alpha as f32).into(), eta).max(1e-9)
     };
-    value as f32
+    [part, reflected + refracted]
 }
+
+/// Row `row` of the tables: one entry, or the two of a boundary.
+pub fn row(row: u32) -> Vec<f32> {
+    let metals = TABLE_STRETCHED - TABLE_ALBEDO;
+    let boundaries = TABLE_BOUNDARY - TABLE_ALBEDO;
+    Packed::empty().with_kernel(|k| {
+        if row < metals {
+            vec![metal_entry(k, row) as f32]
+        } else if row < boundaries {
+            vec![stretched_entry(k, row - metals) as f32]
+        } else {
+            boundary_entry(k, row - boundaries).map(|x| x as f32).to_vec()
+        }
+    })
+}
+
+/// How many rows the tables have.
+pub const ROWS: u32 = TABLE_BOUNDARY - TABLE_ALBEDO + BOUNDARY_SIDE;
 
 /// The mean over the hemisphere, weighted by the cosine, of what a metal that would reflect everything loses.
 pub fn average_lost(roughness: f64, anisotropy: f64) -> f64 {
-    let (cosines, turns) = (64, 16);
+    let (cosines, turns) = (256, if anisotropy == 0.0 { 1 } else { 32 });
+    let alpha = DVec2::from(alphas(roughness, anisotropy)).max(DVec2::splat(NARROWEST)).as_vec2();
     Packed::empty().with_kernel(|kernel| {
         let mut sum = 0.0;
         for i in 0..cosines {
-            let mu = (f64::from(i) + 0.5) / f64::from(cosines);
-            let turns = if anisotropy == 0.0 { 1 } else { turns };
+            // More of those at grazing angles, where smooth surfaces lose most.
+            let t = (f64::from(i) + 0.5) / f64::from(cosines);
+            let (mu, step) = (t.powi(3), 3.0 * t * t / f64::from(cosines));
             for j in 0..turns {
                 let w = direction(mu, FRAC_PI_2 * (f64::from(j) + 0.5) / f64::from(turns)).as_vec3();
                 let albedo = if anisotropy == 0.0 {
                     kernel.metal_albedo(w.z, roughness as f32)
                 } else {
-                    kernel.stretched_albedo(w, roughness as f32, anisotropy as f32)
+                    kernel.stretched_albedo(w, alpha, roughness as f32, anisotropy as f32)
                 };
-                sum += 2.0 * mu * (1.0 - f64::from(albedo)) / f64::from(turns);
+                sum += 2.0 * mu * step * (1.0 - f64::from(albedo)) / f64::from(turns);
             }
         }
-        sum / f64::from(cosines)
+        sum
     })
 }
 
@@ -116,23 +162,20 @@ fn lambda(w: DVec3, along: f64, across: f64) -> f64 {
     0.5 * ((1.0 + tan2).sqrt() - 1.0)
 }
 
-// Means over the visible normals from `wo` (Dupuy and Benyoub 2023), by the midpoint rule.
+// Means over the visible normals from `wo` (Dupuy and Benyoub 2023), at the points of a lattice.
 fn over_visible_normals<const N: usize>(wo: DVec3, along: f64, across: f64, f: impl Fn(DVec3) -> [f64; N]) -> [f64; N] {
     let w = DVec3::new(along * wo.x, across * wo.y, wo.z).normalize();
     let mut sums = [0.0; N];
-    for i in 0..STEPS {
-        let z = (f64::from(i) + 0.5) / f64::from(STEPS) * (1.0 + w.z) - w.z;
+    for (i, [cos, sin]) in (0..POINTS).zip(TURNS.iter()) {
+        let z = (f64::from(i) + 0.5) / f64::from(POINTS) * (1.0 + w.z) - w.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
-        for j in 0..STEPS {
-            let phi = TAU * (f64::from(j) + 0.5) / f64::from(STEPS);
-            let h = DVec3::new(r * phi.cos(), r * phi.sin(), z) + w;
-            let m = DVec3::new(along * h.x, across * h.y, h.z.max(1e-12)).normalize();
-            for (sum, value) in sums.iter_mut().zip(f(m)) {
-                *sum += value;
-            }
+        let h = DVec3::new(r * cos, r * sin, z) + w;
+        let m = DVec3::new(along * h.x, across * h.y, h.z.max(1e-12)).normalize();
+        for (sum, value) in sums.iter_mut().zip(f(m)) {
+            *sum += value;
         }
     }
-    sums.map(|sum| sum / f64::from(STEPS * STEPS))
+    sums.map(|sum| sum / f64::from(POINTS))
 }
 
 // G2 / G1 of light that leaves along wi.

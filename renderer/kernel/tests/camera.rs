@@ -4,7 +4,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{Random, SphereBins, check_counts, check_rejects, nothing};
+use common::{Random, SphereBins, check_counts, check_rejects};
 use glam::{Mat3, UVec2, Vec2, Vec3, Vec4};
 use kinora_kernel::Packed;
 use kinora_kernel::generated::{DIM_LENS, FILTER_CELLS};
@@ -14,7 +14,7 @@ fn the_square_fills_the_disc_evenly() {
     const RINGS: usize = 24;
     const SECTORS: usize = 32;
     const COUNT: usize = 1_000_000;
-    nothing().with_kernel(|k| {
+    Packed::empty().with_kernel(|k| {
         let mut random = Random(1);
         let mut observed = vec![0.0; RINGS * SECTORS];
         for _ in 0..COUNT {
@@ -50,7 +50,7 @@ fn the_square_fills_the_disc_evenly() {
 
 #[test]
 fn the_cosine_is_the_density() {
-    nothing().with_kernel(|k| {
+    Packed::empty().with_kernel(|k| {
         let mut random = Random(2);
         let bins = SphereBins { z_low: 0.0, rows: 24, columns: 32, jumps: false };
         let draw = || {
@@ -66,7 +66,7 @@ fn the_cosine_is_the_density() {
 /// A camera somewhere, 64 by 32 pixels, whose filter knows one offset only.
 fn camera(lens_radius: f32, focus: f32, offset: f32) -> Packed {
     let axes = Mat3::from_euler(glam::EulerRot::XYZ, 0.3, -1.2, 0.5);
-    let mut packed = nothing();
+    let mut packed = Packed::empty();
     packed.params.camera_x = axes.x_axis.extend(0.0);
     packed.params.camera_y = axes.y_axis.extend(0.0);
     packed.params.camera_z = axes.z_axis.extend(0.0);
@@ -161,7 +161,7 @@ fn all_of_the_lens_looks_at_the_focus() {
 
 #[test]
 fn the_filter_is_its_table() {
-    let mut packed = nothing();
+    let mut packed = Packed::empty();
     packed.tables = (0..=FILTER_CELLS).map(|i| (i as f32 / 128.0 - 1.0).powi(3)).collect();
     packed.with_kernel(|k| {
         assert_eq!(k.filter_offset(0.0), -1.0);

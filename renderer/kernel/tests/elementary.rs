@@ -4,9 +4,9 @@ mod common;
 
 use std::f64::consts::{PI, TAU};
 
-use common::{Random, nothing};
-use kinora_kernel::Kernel;
+use common::Random;
 use kinora_kernel::generated::FAR;
+use kinora_kernel::{Kernel, Packed};
 
 /// A dense grid over low..=high, and as many random numbers again.
 fn arguments(low: f32, high: f32) -> impl Iterator<Item = f32> {
@@ -41,7 +41,7 @@ fn check(name: &str, bound: f64, errors: impl Iterator<Item = (f32, f64)>) {
 }
 
 fn with(f: impl FnOnce(&Kernel<'_>)) {
-    nothing().with_kernel(f);
+    Packed::empty().with_kernel(f);
 }
 
 fn cos_sin_error(got: glam::Vec2, radians: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Random, direction, flat, nothing, placed, round};
+use common::{Random, direction, flat, placed, round};
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
 use kinora_kernel::generated::{FAR, Hit, NONE, PLANE_BIT, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE};
 use kinora_kernel::query::{bvh_any, bvh_closest};
@@ -64,7 +64,7 @@ impl Builder {
 
     /// Without a tree.
     fn bare(self) -> Packed {
-        let mut packed = nothing();
+        let mut packed = Packed::empty();
         packed.params.primitive_count = self.primitives.len() as u32;
         packed.primitives = self.primitives;
         packed
@@ -99,7 +99,7 @@ impl Builder {
         for primitive in &mut narrow.primitive_indices {
             *primitive = position[*primitive as usize];
         }
-        let mut packed = nothing();
+        let mut packed = Packed::empty();
         packed.params.primitive_count = primitives.len() as u32;
         packed.primitives = primitives;
         packed.bvh = bvh;
@@ -301,7 +301,7 @@ fn the_tree_finds_what_brute_force_finds() {
 
 #[test]
 fn an_empty_scene_has_nothing_to_hit() {
-    nothing().with_kernel(|k| {
+    Packed::empty().with_kernel(|k| {
         assert_eq!(bvh_closest(k, Vec3::ZERO, Vec3::Z, FAR, NONE).id, NONE);
         assert_eq!(k.closest_hit(Vec3::ZERO, Vec3::Z, NONE).t, FAR);
         assert!(!bvh_any(k, Vec3::ZERO, Vec3::Z, FAR, NONE));
@@ -364,7 +364,7 @@ fn a_ray_that_starts_on_a_sphere_leaves_it_or_crosses_it() {
                 let s = k.surface_at(hit, from, (centre.as_vec3() - from).normalize());
                 let d = random.direction();
                 let out = d.dot(s.ng);
-                let o = k.offset_point(s.p, if out > 0.0 { s.ng } else { -s.ng });
+                let o = k.offset_point(s, if out > 0.0 { s.ng } else { -s.ng });
                 // The offset, of 256 roundings, slants a small sphere's normal.
                 if out.abs() < 0.01 + 4.0 * (o - s.p).length() / radius as f32 {
                     continue;
@@ -392,7 +392,7 @@ fn planes_are_hit_once() {
         for _ in 0..2_000 {
             let turn = DMat3::from_axis_angle(random.direction().as_dvec3().normalize(), 2.0);
             let origin = random.cube(1.0).as_dvec3() * scale;
-            let mut packed = nothing();
+            let mut packed = Packed::empty();
             packed.shapes = vec![placed(DAffine3::from_mat3_translation(turn, origin))];
             packed.params.plane_count = 1;
             packed.with_kernel(|k| {
@@ -414,7 +414,7 @@ fn planes_are_hit_once() {
                 let reach = scale + f64::from(s.p.length());
                 assert!(((s.p.as_dvec3() - origin).dot(normal)).abs() < 1e-6 * reach, "{} is off the plane", s.p);
                 let side = if d.dot(s.ng) < 0.0 { s.ng } else { -s.ng };
-                let p = k.offset_point(s.p, side);
+                let p = k.offset_point(s, side);
                 let next = random.direction();
                 let next = if next.dot(side) < 0.0 { -next } else { next };
                 assert_eq!(k.closest_hit(p, next, hit.id).id, NONE, "the plane is met twice");
@@ -452,7 +452,7 @@ fn an_offset_point_stays_on_its_side() {
                 }
                 let s = k.surface_at(hit, from, d);
                 let side = if d.dot(s.ng) < 0.0 { s.ng } else { -s.ng };
-                let p = k.offset_point(s.p, side);
+                let p = k.offset_point(s, side);
                 let height = |p: Vec3| (p - a).as_dvec3().dot(normal) * f64::from(side.dot(normal.as_vec3())).signum();
                 crossed += usize::from(height(p) <= 0.0);
                 let next = random.direction();

@@ -5,14 +5,14 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{
-    Mean, Random, SphereBins, check_counts, check_rejects, direction, flat, nothing, number, placed, round, rows,
+    Mean, Random, SphereBins, check_counts, check_rejects, direction, flat, glossy, number, placed, round, rows,
 };
-use glam::{DAffine3, DMat3, DVec3, UVec4, Vec3, Vec4};
+use glam::{DAffine3, DMat3, DVec3, UVec4, Vec3};
 use kinora_kernel::generated::{
-    FAR, LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, NONE, PRIMITIVE_KIND,
-    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
+    EMITTER_TWO_SIDED, FAR, LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_SPHERE, LIGHT_TRIANGLE, MATERIAL_EMITTER, NONE,
+    PRIMITIVE_KIND, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
 };
-use kinora_kernel::{Kernel, Light, Packed, Primitive, Shape};
+use kinora_kernel::{Kernel, Light, Material, Packed, Primitive, Shape};
 
 const IRRADIANCE: &str = include_str!("data/light_irradiance.csv");
 
@@ -26,11 +26,7 @@ struct Builder {
 
 impl Builder {
     fn shape(&mut self, place: DAffine3) -> u32 {
-        self.shapes.push(Shape {
-            emission: Vec4::ONE,
-            index: UVec4::new(0, self.lights.len() as u32, 0, 0),
-            ..placed(place)
-        });
+        self.shapes.push(Shape { index: UVec4::new(0, self.lights.len() as u32, NONE, 0), ..placed(place) });
         self.shapes.len() as u32 - 1
     }
 
@@ -82,7 +78,7 @@ impl Builder {
             light.edge_u.w = (powers[i] / total) as f32;
             before += powers[i] / total;
         }
-        let mut packed = nothing();
+        let mut packed = Packed::empty();
         packed.params.light_count = self.lights.len() as u32;
         packed.params.primitive_count = self.primitives.len() as u32;
         packed.primitives = self.primitives;
@@ -417,16 +413,43 @@ fn an_ellipsoid_is_sampled_all_over_and_fills_its_solid_angle() {
     }
 }
 
+/// An emitter's record: its coat and the next one, or NONE.
+fn emitter(radiance: Vec3, flags: u32, coat: u32, next: u32) -> Material {
+    Material {
+        color: radiance.extend(0.0),
+        kind: UVec4::new(MATERIAL_EMITTER, flags, coat, next),
+        ..Material::default()
+    }
+}
+
 #[test]
 fn what_shines_on_which_side() {
     let mut packed = triangle().build(&[1.0]);
-    packed.shapes[0].emission = Vec4::new(3.0, 2.0, 1.0, 0.0);
-    packed.with_kernel(|k| {
-        assert_eq!(k.light_eval(0, true), Vec3::new(3.0, 2.0, 1.0));
-        assert_eq!(k.light_eval(0, false), Vec3::ZERO);
-    });
-    packed.shapes[0].emission.w = 1.0;
-    packed.with_kernel(|k| assert_eq!(k.light_eval(0, false), Vec3::new(3.0, 2.0, 1.0)));
+    let (one, other) = (Vec3::new(3.0, 2.0, 1.0), Vec3::new(0.0, 0.5, 7.0));
+    packed.materials = vec![
+        emitter(one, 0, NONE, NONE),
+        emitter(one, EMITTER_TWO_SIDED, NONE, NONE),
+        // Two that are mixed, of which one shines to both sides.
+        emitter(one, 0, NONE, 3),
+        emitter(other, EMITTER_TWO_SIDED, NONE, NONE),
+        // Below a coat.
+        emitter(one, 0, 5, NONE),
+        glossy(1.5, 0.0, NONE),
+    ];
+    let coated = one * (1.0 - 0.04);
+    for (first, front, back) in [
+        (0, one, Vec3::ZERO),
+        (1, one, one),
+        (2, one + other, other),
+        (4, coated, Vec3::ZERO),
+        (NONE, Vec3::ZERO, Vec3::ZERO),
+    ] {
+        packed.shapes[0].index.z = first;
+        packed.with_kernel(|k| {
+            assert!((k.light_eval(0, 1.0) - front).length() < 1e-6, "emitters from {first} on");
+            assert!((k.light_eval(0, -1.0) - back).length() < 1e-6, "emitters from {first} on, from within");
+        });
+    }
     packed.shapes[0].index.y = NONE;
     packed.with_kernel(|k| {
         let s = hits(k, Vec3::ZERO, direction(0.9, 0.5))[0];

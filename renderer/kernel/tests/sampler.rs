@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{Mean, Random, check_counts, check_rejects, chi_square, gamma_q, level, nothing, number, rows};
+use common::{Mean, Random, check_counts, check_rejects, chi_square, gamma_q, level, number, rows};
 use glam::{UVec2, Vec2};
-use kinora_kernel::Kernel;
 use kinora_kernel::generated::{DIM_BOUNCE, SAMPLER_RANDOM, SAMPLER_SOBOL};
+use kinora_kernel::{Kernel, Packed};
 
 const VECTORS: &str = include_str!("data/sampling.csv");
 
@@ -19,7 +19,7 @@ fn vectors(kind: &str) -> impl Iterator<Item = [f64; 3]> {
 }
 
 fn with<R>(sampler: u32, seed: u32, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
-    let mut packed = nothing();
+    let mut packed = Packed::empty();
     packed.params.sampler = sampler;
     packed.params.seed = seed;
     packed.with_kernel(f)

@@ -122,16 +122,16 @@ fn record(
             });
             let metal_index = if metalness > 0.0 {
                 more.push(metal_beneath);
-                materials.len() + more.len() - 1
+                (materials.len() + more.len() - 1) as u32
             } else {
                 // Never chosen.
-                base
+                NONE
             };
             let alpha = widths(roughness, 0.0).x;
             Packed {
                 more: covering(material.opacity * opacity(base)),
                 lobe: Vec4::new(alpha, ior as f32, roughness as f32, metalness as f32),
-                kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal_index as u32),
+                kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal_index),
                 ..Packed::default()
             }
         }

@@ -357,6 +357,13 @@ pub(super) const ROWS: &[Row] = &[
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\ndielectric amber { attenuation_color: #e8a34a, attenuation_distance: 20cm }\nsphere ball { material: amber }",
     ),
     row(
+        "W0401",
+        "the tiny beside the huge",
+        "Positions are computed with seven digits: of a shape a million times smaller than the scene little is left. Most often a unit was forgotten.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere pea { radius: 4mm }\nsphere moon { radius: 2km, position: (0, 0, -20km) }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere pea { radius: 4mm }\nsphere moon { radius: 2m, position: (0, 0, -20m) }",
+    ),
+    row(
         "W0402",
         "no light",
         "Without a sky or an `emitter` the picture is black.",
@@ -404,6 +411,27 @@ pub(super) const ROWS: &[Row] = &[
         "A scene has one `render` block and one `sky`.",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nrender { samples: 16 }\nrender { max_bounces: 4 }\nsphere ball { radius: 1 }",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nrender { samples: 16, max_bounces: 4 }\nsphere ball { radius: 1 }",
+    ),
+    row(
+        "W0506",
+        "a light shut in",
+        "It is inside a closed shape that lets no light out, and the camera is not.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nbox case { }\nsphere lamp { radius: 0.1, material: emitter { } }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nbox case { }\nsphere lamp { radius: 0.1, position: (0, 1, 0), material: emitter { } }",
+    ),
+    row(
+        "W0510",
+        "two flat shapes in one plane",
+        "Where they overlap, rounding decides at every point which of them is seen.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\ndiffuse red { color: #f00 }\nplane floor { }\nquad mat { material: red }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\ndiffuse red { color: #f00 }\nplane floor { }\nquad mat { material: red, position: (0, 1mm, 0) }",
+    ),
+    row(
+        "W0509",
+        "glass with holes",
+        "Where an edge belongs to one triangle only there is a way into the mesh that crosses no surface, so that nobody can tell what is inside.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { material: dielectric { }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { material: dielectric { thin: true }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }",
     ),
     row(
         "E0601",
@@ -494,6 +522,13 @@ pub(super) const ROWS: &[Row] = &[
         "an import below other items",
         "Imports come first, so that a reader sees at once what a file needs.",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { radius: 1 }\nimport \"lib/metals.kin\" as metals",
+        "",
+    ),
+    row(
+        "E0708",
+        "a file whose name is written in another case",
+        "Some systems take `Robot.ply` and `robot.ply` for one file, others for two. Written as it is, the name works on all of them.",
+        "",
         "",
     ),
     row(

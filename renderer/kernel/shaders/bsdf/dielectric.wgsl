@@ -1,6 +1,7 @@
 // Glass: exact Fresnel, total reflection and refraction at smooth boundaries, at rough ones (Walter et al.,
 // "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007), and through thin sheets. A rough boundary is
-// divided by the energy that it keeps, since light scattered more than once between its facets is not followed.
+// divided by the energy that it keeps, since light scattered more than once between its facets is not followed; what is
+// drawn from it is drawn again until it gets away, so that paths in rough glass weigh the same.
 
 /// Closer to 1 an index bends nothing that f32 could follow.
 const MATCHED: f32 = 1e-3;
@@ -78,6 +79,11 @@ fn dielectric_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
 }
 
 fn dielectric_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    if (b.flags & COMPENSATE) != 0u {
+        // Nothing is lost, so what is sent where is a density itself; of energy, which is not squeezed.
+        let energy = select(1.0, b.eta * b.eta, wi.z < 0.0 && !is_thin(b));
+        return dielectric_eval(b, wo, wi).x * energy;
+    }
     if wo.z <= 0.0 || wi.z == 0.0 || dielectric_is_delta(b) {
         return 0.0;
     }
@@ -113,27 +119,46 @@ fn smooth_sample(b: Bsdf, wo: vec3<f32>, u: f32) -> BsdfSample {
     return BsdfSample(vec3<f32>(-wo.xy / b.eta, -ct), vec3<f32>(1.0 / (b.eta * b.eta)), DELTA_PDF, b.eta);
 }
 
+/// Tries to leave a rough boundary; at worst (leaving, roughness 1) every second one fails.
+const MAX_TRIES: u32 = 32u;
+
 fn dielectric_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
     if dielectric_is_delta(b) {
         return smooth_sample(b, wo, u.x);
     }
-    let m = ggx_visible_normal(wo, b.alpha, u);
-    let om = dot(wo, m);
-    var wi = 2.0 * om * m - wo;
-    var eta = 1.0;
-    let reflected = lobe < facet_reflectance(b, om);
-    if !reflected {
-        if is_thin(b) {
-            wi.z = -wi.z;
-        } else {
-            let ct = sqrt(max(0.0, 1.0 - (1.0 - om * om) / (b.eta * b.eta)));
-            wi = (om / b.eta - ct) * m - wo / b.eta;
-            eta = b.eta;
+    var v = vec3<f32>(u, lobe);
+    var state = pcg(bitcast<u32>(u.x) ^ pcg(bitcast<u32>(u.y) ^ pcg(bitcast<u32>(lobe))));
+    let seen = 1.0 + ggx_lambda(wo, b.alpha);
+    for (var i = 0u; i < MAX_TRIES; i++) {
+        let m = ggx_visible_normal(wo, b.alpha, v.xy);
+        let om = dot(wo, m);
+        var wi = 2.0 * om * m - wo;
+        var eta = 1.0;
+        let reflected = v.z < facet_reflectance(b, om);
+        if !reflected {
+            if is_thin(b) {
+                wi.z = -wi.z;
+            } else {
+                let ct = sqrt(max(0.0, 1.0 - (1.0 - om * om) / (b.eta * b.eta)));
+                wi = (om / b.eta - ct) * m - wo / b.eta;
+                eta = b.eta;
+            }
         }
+        // What other facets are in the way of starts anew where it is compensated, and is lost where it is not.
+        let free = select(0.0, seen / (seen + ggx_lambda(wi, b.alpha)), reflected == (wi.z > 0.0) && wi.z != 0.0);
+        let compensated = (b.flags & COMPENSATE) != 0u;
+        state = pcg(state);
+        if !compensated || unit_float(state) < free {
+            let pdf = dielectric_pdf(b, wo, wi);
+            if !(free > 0.0 && pdf > 0.0) {
+                return no_sample();
+            }
+            return BsdfSample(wi, vec3<f32>(select(free, 1.0, compensated) / (eta * eta)), pdf, eta);
+        }
+        let x = pcg(state);
+        let y = pcg(x);
+        state = pcg(y);
+        v = vec3<f32>(unit_float(x), unit_float(y), unit_float(state));
     }
-    let pdf = dielectric_pdf(b, wo, wi);
-    if reflected != (wi.z > 0.0) || !(pdf > 0.0) {
-        return no_sample();
-    }
-    return BsdfSample(wi, dielectric_eval(b, wo, wi) / pdf, pdf, eta);
+    return no_sample();
 }

@@ -36,7 +36,7 @@ fn metal_lost(b: Bsdf, w: vec3<f32>) -> f32 {
     if b.anisotropy == 0.0 {
         return 1.0 - metal_albedo(w.z, b.roughness);
     }
-    return 1.0 - stretched_albedo(w, b.roughness, b.anisotropy);
+    return 1.0 - stretched_albedo(w, b.alpha, b.roughness, b.anisotropy);
 }
 
 /// f · cos.

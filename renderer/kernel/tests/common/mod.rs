@@ -4,9 +4,11 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3, UVec4, Vec2, Vec3, Vec4};
-use kinora_kernel::generated::{FILTER_CELLS, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_METAL, PRIMITIVE_SPHERE};
-use kinora_kernel::{Light, Material, Packed, Params, Primitive, Shape};
-use obvhs::cwbvh::CwBvh;
+use kinora_kernel::generated::{
+    CHOICE, COMPENSATE, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_GLOSSY, MATERIAL_METAL, METAL_SPECTRUM,
+    MIRROR_ALPHA, NONE, PRIMITIVE_SPHERE,
+};
+use kinora_kernel::{Material, Packed, Primitive, Shape, albedo};
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Random(pub u64);
@@ -50,20 +52,6 @@ pub fn direction(z: f64, phi: f64) -> Vec3 {
     DVec3::new(s * phi.cos(), s * phi.sin(), z).normalize().as_vec3()
 }
 
-/// A scene of nothing.
-pub fn nothing() -> Packed {
-    Packed {
-        params: Params { resolution: glam::UVec2::ONE, ..Params::default() },
-        bvh: CwBvh::default(),
-        narrow: None,
-        primitives: vec![Primitive::default()],
-        shapes: vec![Shape::default()],
-        materials: vec![Material::default()],
-        lights: vec![Light::default()],
-        tables: vec![0.0; FILTER_CELLS as usize + 1],
-    }
-}
-
 /// A flat primitive of that kind; a triangle's last corner is its first.
 pub fn flat(kind: u32, shape: u32, index: u32, [a, b, c, d]: [Vec3; 4]) -> Primitive {
     Primitive {
@@ -91,27 +79,90 @@ pub fn placed(place: DAffine3) -> Shape {
         object_from_world_x: row(&inverse, 0),
         object_from_world_y: row(&inverse, 1),
         object_from_world_z: row(&inverse, 2),
-        ..Shape::default()
+        index: UVec4::new(0, NONE, NONE, 0),
     }
 }
 
-pub fn diffuse(rho: f32, roughness: f32) -> Material {
-    material(MATERIAL_DIFFUSE, Vec3::splat(rho), roughness, Vec3::ZERO, 0.0)
+/// The scene whose only materials are these, of which the first is looked at.
+pub fn scene(materials: &[Material]) -> Packed {
+    Packed { materials: materials.to_vec(), ..Packed::empty() }
 }
 
-/// `tint`: F82-tint's, the colour at 82° over Schlick's there.
-pub fn metal(color: Vec3, tint: Vec3, alpha: f32) -> Material {
+/// `model`: DIFFUSE_….
+pub fn diffuse(rho: f32, roughness: f32, model: u32) -> Material {
+    Material {
+        color: Vec3::splat(rho).extend(0.0),
+        more: Vec4::W,
+        lobe: Vec4::new(0.0, 0.0, roughness, 0.0),
+        kind: UVec4::new(MATERIAL_DIFFUSE, model, 0, 0),
+        ..Material::default()
+    }
+}
+
+/// GGX of that roughness and anisotropy as the kernel is told of it.
+pub fn widths(roughness: f32, anisotropy: f32) -> Vec4 {
+    let [along, across] = albedo::alphas(roughness.into(), anisotropy.into()).map(|alpha| alpha as f32);
+    let narrowest = if along < MIRROR_ALPHA { 0.0 } else { MIRROR_ALPHA };
+    Vec4::new(along.max(narrowest), across.max(narrowest), roughness, anisotropy)
+}
+
+/// A metal that loses what is scattered more than once. `tint`: F82-tint's, the colour at 82° over Schlick's there.
+pub fn metal(color: Vec3, tint: Vec3, lobe: Vec4) -> Material {
     let c = 1.0 / 7.0_f32;
     let schlick = color + (Vec3::ONE - color) * (1.0 - c).powi(5);
-    material(MATERIAL_METAL, color, alpha, schlick * (Vec3::ONE - tint) / (c * (1.0 - c).powi(6)), 0.0)
+    Material {
+        color: color.extend(1.0),
+        extra: (schlick * (Vec3::ONE - tint) / (c * (1.0 - c).powi(6))).extend(0.0),
+        more: Vec4::W,
+        lobe,
+        kind: UVec4::new(MATERIAL_METAL, 0, 0, 0),
+    }
 }
 
-pub fn glass(ior: f32) -> Material {
-    material(MATERIAL_DIELECTRIC, Vec3::ONE, 0.0, Vec3::ZERO, ior)
+/// The same metal by refractive index and extinction.
+pub fn measured(n: Vec3, k: Vec3, lobe: Vec4) -> Material {
+    Material {
+        color: n.extend(1.0),
+        extra: k.extend(0.0),
+        more: Vec4::W,
+        lobe,
+        kind: UVec4::new(MATERIAL_METAL, METAL_SPECTRUM, 0, 0),
+    }
 }
 
-fn material(kind: u32, color: Vec3, color_w: f32, extra: Vec3, extra_w: f32) -> Material {
-    Material { color: color.extend(color_w), extra: extra.extend(extra_w), kind: UVec4::new(kind, 0, 0, 0) }
+/// That metal with what is scattered more than once (Kulla and Conty 2017): F²E / (1 − F(1 − E)) / (1 − E), with F and E
+/// the averages of reflectance and albedo.
+pub fn compensated(mut metal: Material) -> Material {
+    let lost = albedo::average_lost(metal.lobe.z.into(), metal.lobe.w.into());
+    let average = scene(&[metal]).with_kernel(|k| {
+        let b = k.bsdf_at(0, 1.0, 0.0);
+        albedo::average(|c| k.metal_fresnel(b, c))
+    });
+    let multiple = average.as_dvec3().map(|f| f * f * (1.0 - lost) / (1.0 - f * lost) / lost);
+    metal.more = multiple.as_vec3().extend(1.0);
+    metal.kind.y |= COMPENSATE;
+    metal
+}
+
+/// `flags`: of COMPENSATE and DIELECTRIC_THIN.
+pub fn glass(ior: f32, roughness: f32, flags: u32) -> Material {
+    Material {
+        color: Vec4::ONE,
+        extra: Vec3::ZERO.extend(ior),
+        more: Vec4::W,
+        lobe: widths(roughness, 0.0),
+        kind: UVec4::new(MATERIAL_DIELECTRIC, flags, 0, 0),
+    }
+}
+
+/// A coat over the material of that index, never metal.
+pub fn glossy(ior: f32, roughness: f32, base: u32) -> Material {
+    Material {
+        more: Vec4::W,
+        lobe: Vec4::new(widths(roughness, 0.0).x, ior, roughness, 0.0),
+        kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base, base),
+        ..Material::default()
+    }
 }
 
 /// The rows of a table below its header.

@@ -1,0 +1,240 @@
+//! What looks like a mistake in space: lights shut in, flat shapes in one plane, the tiny beside the huge. Only what stands
+//! still is looked at, and only as much of it as takes no time to speak of.
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DVec2, DVec3};
+use kinora_scene::{Animated, Bsdf, Material, Node, Scene, Shape};
+
+use super::Lower;
+use crate::diagnostic::Diagnostic;
+use crate::value::NodeId;
+
+/// Most pairs of shapes that are compared for one kind of mistake.
+const PAIRS: usize = 1_000_000;
+
+/// Sizes further apart than this leave too few bits of an f32 for the smaller.
+const SPAN: f64 = 1e6;
+
+impl Lower<'_, '_> {
+    /// W0401, W0506 and W0510.
+    pub(super) fn judge_space(&mut self, scene: &Scene, shining: &[bool]) {
+        let worlds = worlds(&scene.nodes);
+        let mut ids = vec![NodeId(u32::MAX); scene.nodes.len()];
+        for ((id, _), index) in self.found.placed.iter().zip(&self.order) {
+            if let Some(slot) = ids.get_mut(*index) {
+                *slot = *id;
+            }
+        }
+        let still: Vec<usize> =
+            (0..scene.nodes.len()).filter(|index| worlds.get(*index).is_some_and(Option::is_some)).collect();
+        let id = |index: usize| ids.get(index).copied().unwrap_or(NodeId(u32::MAX));
+        let at = |index: usize| Some((scene.nodes.get(index)?, worlds.get(index).copied().flatten()?));
+        for [lamp, shell] in shut_in(scene, shining, &still, &at) {
+            let (lamp, shell) = (id(lamp), id(shell));
+            let message = format!("light `{}` is inside `{}` and cannot be seen", self.name(lamp), self.name(shell));
+            let diagnostic = Diagnostic::new("W0506", message)
+                .primary(self.machine.file(), self.span(lamp), "shines in here")
+                .label(self.machine.file(), self.span(shell), "lets no light out")
+                .help("move it out");
+            self.report(lamp, diagnostic);
+        }
+        for [a, b] in coplanar(&still, &at) {
+            let (a, b) = (id(a), id(b));
+            let message = format!("z-fighting: `{}` and `{}` share a plane", self.name(a), self.name(b));
+            let diagnostic = Diagnostic::new("W0510", message)
+                .primary(self.machine.file(), self.span(b), "which of the two is seen here is left to chance")
+                .label(self.machine.file(), self.span(a), "in the same place")
+                .help("move one by 1mm");
+            self.report(b, diagnostic);
+        }
+        if let Some((small, far, ratio)) = widest(shining, &still, &at) {
+            let orders = ratio.log10().ceil();
+            let message = format!("scene spans {orders} orders of magnitude; float precision will show");
+            let (small, far) = (id(small), id(far));
+            let diagnostic = Diagnostic::new("W0401", message)
+                .primary(self.machine.file(), self.span(small), "smallest of all")
+                .label(self.machine.file(), self.span(far), "larger or further away by so much")
+                .help("check units: a length without one is in metres");
+            self.report(small, diagnostic);
+        }
+    }
+}
+
+/// The transform of each node that stands still and is there.
+fn worlds(nodes: &[Node]) -> Vec<Option<DAffine3>> {
+    let mut worlds: Vec<Option<DAffine3>> = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        let outer = match node.parent {
+            Some(parent) => worlds.get(parent).copied().flatten(),
+            None => Some(DAffine3::IDENTITY),
+        };
+        let placing = &node.placing;
+        let own = match (placing.scale.constant(), placing.rotation.constant(), placing.position.constant()) {
+            (Some(scale), Some(rotation), Some(position)) if node.visible.constant() == Some(&true) => {
+                Some(DAffine3::from_scale_rotation_translation(*scale, *rotation, *position))
+            }
+            _ => None,
+        };
+        worlds.push(outer.zip(own).map(|(outer, own)| outer * own).filter(|world| world.is_finite()));
+    }
+    worlds
+}
+
+/// Half the extent of a shape about its own origin; none where it has none or moves.
+fn half_size(shape: &Shape<Animated>) -> Option<DVec3> {
+    match shape {
+        Shape::Sphere { radius_m } => radius_m.constant().map(|radius| DVec3::splat(*radius)),
+        Shape::Box { size_m } => Some(0.5 * *size_m),
+        Shape::Quad { frame, size_m } => Some(0.5 * ((frame.x * size_m.x).abs() + (frame.y * size_m.y).abs())),
+        Shape::Torus { radius_m, tube_m } => Some(DVec3::new(radius_m + tube_m, *tube_m, radius_m + tube_m)),
+        Shape::Plane { .. } | Shape::Mesh(_) => None,
+    }
+}
+
+fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
+    (0..8).map(move |i| half * DVec3::new(sign(i & 1), sign(i & 2), sign(i & 4)))
+}
+
+fn sign(bit: i32) -> f64 {
+    if bit == 0 { -1.0 } else { 1.0 }
+}
+
+/// Whether no light goes through each material.
+fn opaque(materials: &[Material<Animated>]) -> Vec<bool> {
+    let mut opaque: Vec<bool> = Vec::with_capacity(materials.len());
+    for material in materials {
+        let part = |index: usize| opaque.get(index) == Some(&true);
+        let solid = match &material.bsdf {
+            Bsdf::Diffuse { .. } | Bsdf::Metal { .. } | Bsdf::Emitter { .. } => true,
+            Bsdf::Dielectric { .. } => false,
+            Bsdf::Glossy { base, .. } => part(*base),
+            Bsdf::Mix { a, b, .. } => part(*a) && part(*b),
+        };
+        opaque.push(solid && material.opacity.constant() == Some(&1.0));
+    }
+    opaque
+}
+
+/// Lights that are wholly inside a closed opaque shape, with that shape, where the camera is not inside as well.
+fn shut_in<'s>(
+    scene: &'s Scene,
+    shining: &[bool],
+    still: &[usize],
+    at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>,
+) -> Vec<[usize; 2]> {
+    let camera = scene.camera.and_then(|camera| scene.cameras.get(camera)).filter(|camera| camera.parent.is_none());
+    let Some(eye) = camera.and_then(|camera| camera.position.constant()) else { return Vec::new() };
+    let opaque = opaque(&scene.materials);
+    let mut shells = Vec::new();
+    for index in still {
+        let Some((node, world)) = at(*index) else { continue };
+        let closed = matches!(node.shape, Some(Shape::Sphere { .. } | Shape::Box { .. }));
+        if closed && opaque.get(node.material) == Some(&true) && world.matrix3.determinant() != 0.0 {
+            shells.push((*index, node, world.inverse()));
+        }
+    }
+    let inside = |node: &Node, p: DVec3| match &node.shape {
+        Some(Shape::Sphere { radius_m }) => radius_m.constant().is_some_and(|radius| p.length() < *radius),
+        Some(Shape::Box { size_m }) => (2.0 * p.abs()).cmplt(*size_m).all(),
+        _ => false,
+    };
+    let mut found = Vec::new();
+    let mut pairs = 0;
+    for lamp in still {
+        let Some((node, world)) = at(*lamp).filter(|(node, _)| shining.get(node.material) == Some(&true)) else {
+            continue;
+        };
+        let Some(half) = node.shape.as_ref().and_then(half_size) else { continue };
+        pairs += shells.len();
+        if pairs > PAIRS {
+            break;
+        }
+        let shell = shells.iter().find(|(index, shell, local)| {
+            let within = |p: DVec3| inside(shell, local.transform_point3(p));
+            *index != *lamp && !within(*eye) && corners(half).all(|corner| within(world.transform_point3(corner)))
+        });
+        found.extend(shell.map(|(shell, ..)| [*lamp, *shell]));
+    }
+    found
+}
+
+/// A rectangle or an infinite plane in the world.
+struct Flat {
+    index: usize,
+    material: usize,
+    normal: DVec3,
+    centre: DVec3,
+    /// Half the width and half the height; none for a plane.
+    half: Option<[DVec3; 2]>,
+}
+
+/// Flat shapes of different materials that lie over one another in one plane; of each the first other one.
+fn coplanar<'s>(still: &[usize], at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>) -> Vec<[usize; 2]> {
+    let mut planes: HashMap<[i64; 4], Vec<Flat>> = HashMap::new();
+    let mut found = Vec::new();
+    let mut pairs = 0;
+    for index in still {
+        let Some((node, world)) = at(*index) else { continue };
+        let (frame, size) = match &node.shape {
+            Some(Shape::Quad { frame, size_m }) => (frame, Some(*size_m)),
+            Some(Shape::Plane { frame }) => (frame, None),
+            _ => continue,
+        };
+        let side = |axis: DVec3| world.transform_vector3(axis);
+        let Some(normal) = side(frame.x).cross(side(frame.y)).try_normalize() else { continue };
+        // One of the two normals of the plane, the same for shapes that face away from one another.
+        let first = normal.to_array().into_iter().find(|part| part.abs() > 1e-9).unwrap_or(1.0);
+        let normal = normal * first.signum();
+        let half = size.map(|size: DVec2| [0.5 * size.x * side(frame.x), 0.5 * size.y * side(frame.y)]);
+        let flat = Flat { index: *index, material: node.material, normal, centre: world.translation, half };
+        // Neighbours over the edge of a cell are missed; what is written to be in one plane is in one cell, though.
+        let cell = |x: f64| (x * 1e6).round() as i64;
+        let key = [cell(normal.x), cell(normal.y), cell(normal.z), cell(normal.dot(flat.centre))];
+        let others = planes.entry(key).or_default();
+        pairs += others.len();
+        if pairs > PAIRS {
+            break;
+        }
+        let other = others.iter().find(|other| other.material != flat.material && overlap(other, &flat));
+        found.extend(other.map(|other| [other.index, *index]));
+        others.push(flat);
+    }
+    found
+}
+
+/// Whether two shapes in one plane have an area in common: no side of either parts them.
+fn overlap(a: &Flat, b: &Flat) -> bool {
+    let (Some(a_half), Some(b_half)) = (a.half, b.half) else { return true };
+    let between = b.centre - a.centre;
+    a_half.into_iter().chain(b_half).all(|side| {
+        let axis = a.normal.cross(side).normalize_or_zero();
+        let reach = |half: [DVec3; 2]| half.into_iter().map(|side| side.dot(axis).abs()).sum::<f64>();
+        let (a, b) = (reach(a_half), reach(b_half));
+        between.dot(axis).abs() < a + b - 1e-6 * a.min(b)
+    })
+}
+
+/// The smallest shape and the one that is largest or furthest from it, where they are too far apart. A light may be as
+/// far away as it likes.
+fn widest<'s>(
+    shining: &[bool],
+    still: &[usize],
+    at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>,
+) -> Option<(usize, usize, f64)> {
+    let mut sizes = Vec::new();
+    for index in still {
+        let Some((node, world)) = at(*index) else { continue };
+        let Some(half) = node.shape.as_ref().and_then(half_size) else { continue };
+        let reach = corners(half).map(|corner| world.transform_vector3(corner).length()).fold(0.0, f64::max);
+        let lit = shining.get(node.material) == Some(&true);
+        if reach > 0.0 && reach.is_finite() {
+            sizes.push((*index, world.translation, reach, lit));
+        }
+    }
+    let (small, centre, size, _) = *sizes.iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let away = |(_, other, reach, _): &(usize, DVec3, f64, bool)| (*other - centre).length() + *reach;
+    let far = sizes.iter().filter(|shape| !shape.3).max_by(|a, b| away(a).total_cmp(&away(b)))?;
+    let ratio = away(far) / size;
+    (ratio > SPAN && far.0 != small).then_some((small, far.0, ratio))
+}
