@@ -346,9 +346,11 @@ impl<'a> Body<'a> {
         let mask = self.mask.clone();
         match self.exit {
             Exit::Function => {
-                let value = match &self.returned {
-                    Some(returned) if self.lanes.scalar.function.result.is_some() => returned.value.clone(),
-                    _ => String::new(),
+                // Lanes leave a function by a return alone.
+                let Some(returned) = &self.returned else { return Ok(()) };
+                let value = match self.lanes.scalar.function.result {
+                    Some(_) => returned.value.clone(),
+                    None => String::new(),
                 };
                 self.line(format!("if {mask}.none() {{ return {value}; }}"));
             }
