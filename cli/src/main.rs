@@ -8,6 +8,8 @@ mod flags;
 #[cfg(feature = "render")]
 mod frames;
 #[cfg(feature = "render")]
+mod memory;
+#[cfg(feature = "render")]
 mod progress;
 mod report;
 mod session;

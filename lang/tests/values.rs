@@ -6,7 +6,10 @@ use glam::{DQuat, DVec3};
 use kinora_lang::files::Memory;
 use kinora_lang::source::{FileId, Source};
 use kinora_lang::{Overrides, eval, parse};
-use kinora_scene::{Bsdf, Ease, Instruction, Scene, Shape, Tape, Track};
+use kinora_scene::{
+    Animated, Background, Bsdf, Color, DiffuseModel, Ease, Instruction, Material, Mis, Reflectance, Scene, Shape,
+    Shown, Spectrum, Tape, Track,
+};
 
 fn scene(text: &str) -> Scene {
     let text = format!("lang 1\ncamera main {{ position: (0, 0, 4) }}\nsky {{ color: #fff }}\n{text}");
@@ -267,4 +270,56 @@ if count(sizes) > 5 { sphere { } } else if true { plane { } }
     assert_eq!(camera.parent, Some(index("all")));
     let kinora_scene::Aim::Node { target, .. } = camera.aim else { panic!("{:?}", camera.aim) };
     assert_eq!((names[target], scene.nodes[target].parent), ("left", Some(index("named"))));
+}
+
+#[test]
+fn materials_and_estimators() {
+    let text = "render { mis: one_sample, clamp: 3, background: transparent, view: cost }
+        sphere { material: mix(glossy { base: metal { spectrum: \"Pt\", anisotropy: 50% }, roughness: 0 }, glossy { color: #fff },
+            amount: time / 1s) }
+        sphere { material: dielectric { thin: true, priority: -7, opacity: 25% } }
+        sphere { material: diffuse { model: qon } }";
+    let scene = scene(text);
+    let render = &scene.render;
+    assert_eq!((render.mis, render.clamp), (Mis::OneSample(0.2), Some(3.0)));
+    assert_eq!((render.background, render.view), (Background::Transparent, Shown::Cost));
+    let glossy =
+        |base, roughness: f64| Bsdf::Glossy { base, ior: 1.5, roughness: roughness.into(), metalness: 0.0.into() };
+    let diffuse = |color: f32, model| Bsdf::Diffuse { color: Color::splat(color).into(), roughness: 0.0.into(), model };
+    let expected: [Material<Animated>; 7] = [
+        Bsdf::Metal {
+            reflectance: Reflectance::Spectrum(Spectrum::Pt),
+            roughness: 0.2.into(),
+            anisotropy: 0.5,
+            anisotropy_rotation: 0.0,
+            energy_compensation: true,
+        }
+        .into(),
+        glossy(0, 0.0).into(),
+        diffuse(1.0, DiffuseModel::Eon).into(),
+        glossy(2, 0.1).into(),
+        scene.materials[4].clone(),
+        Material {
+            opacity: 0.25.into(),
+            bsdf: Bsdf::Dielectric {
+                ior: 1.5.into(),
+                roughness: 0.0.into(),
+                energy_compensation: true,
+                attenuation_color: Color::ONE,
+                attenuation_distance_m: f64::INFINITY,
+                thin: true,
+                priority: -7,
+            },
+        },
+        diffuse(0.8, DiffuseModel::Qon).into(),
+    ];
+    assert_eq!(scene.materials, expected);
+    let Bsdf::Mix { a: 1, b: 3, amount } = &scene.materials[4].bsdf else { panic!("{:?}", scene.materials[4]) };
+    assert!(matches!(amount, Track::Curve(_)));
+    assert_eq!(scene.nodes.iter().map(|node| node.material).collect::<Vec<_>>(), [4, 5, 6]);
+    for (word, mis) in [("nee", Mis::Nee), ("bsdf", Mis::BSDF), ("light", Mis::LIGHT)] {
+        assert_eq!(self::scene(&format!("render {{ mis: {word} }}")).render.mis, mis);
+    }
+    let seldom = self::scene("render { mis: one_sample, light_probability: 75% }");
+    assert_eq!((seldom.render.mis, seldom.render.clamp), (Mis::OneSample(0.75), None));
 }

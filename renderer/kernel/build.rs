@@ -23,6 +23,7 @@ const SHADERS: &[&str] = &[
     "light.wgsl",
     "camera.wgsl",
     "path.wgsl",
+    "features.wgsl",
     "entry/render.wgsl",
 ];
 

@@ -5,6 +5,8 @@ use std::{fmt, ops::Range, sync::Arc};
 use glam::Vec4;
 use kinora_kernel::Packed;
 
+use crate::film::Survey;
+
 /// How a caller follows long work, and ends it.
 pub trait Control {
     /// Called often, from the thread that asked for the work: `done` of the pass, in 0..=1. False ends it.
@@ -38,12 +40,18 @@ pub trait Backend: Send {
     /// The scene does not fit, or the device is lost. The scene before it stays.
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError>;
 
-    /// One pass over the uploaded scene: the sum of these samples in their order, one a pixel, w counting rays; `None`
-    /// if `control` ended it.
+    /// One pass over the uploaded scene's window: the sum of these samples in their order, one a pixel, w counting rays;
+    /// `None` if `control` ended it.
     ///
     /// # Errors
     /// Nothing was uploaded, or the device is lost.
     fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError>;
+
+    /// As `trace`, but what these samples show instead of their light.
+    ///
+    /// # Errors
+    /// As `trace`.
+    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError>;
 }
 
 /// Why a backend cannot do its work.

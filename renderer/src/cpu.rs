@@ -4,15 +4,19 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{UVec2, Vec4};
-use kinora_kernel::Packed;
+use glam::{UVec2, Vec4, Vec4Swizzles};
+use kinora_kernel::generated::FeatureSum;
 use kinora_kernel::lanes::{self, Width};
+use kinora_kernel::{Kernel, Packed};
 use rayon::prelude::*;
 
 use crate::backend::{Backend, BackendError, Control};
+use crate::film::Survey;
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough that a tile's rays meet the same nodes.
 const TILE: u32 = 16;
+/// Paths whose light is kept until their samples are summed in order.
+const MOST_PATHS: usize = 1 << 16;
 
 /// The CPU of this machine.
 pub struct Cpu {
@@ -57,22 +61,60 @@ impl Backend for Cpu {
     }
 
     fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError> {
+        let (width, count) = (self.width, samples.len());
+        self.tiles(control, |kernel, pixels| {
+            let mut sums = Vec::with_capacity(pixels.len());
+            for pixels in pixels.chunks((MOST_PATHS / count.max(1)).max(1)) {
+                let mut light = vec![Vec4::ZERO; pixels.len() * count];
+                let place = |i: usize| (pixels[i / count], samples.start + (i % count) as u32);
+                lanes::radiance(kernel, width, &place, &mut light);
+                sums.extend((0..pixels.len()).map(|i| light[i * count..][..count].iter().sum::<Vec4>()));
+            }
+            sums
+        })
+    }
+
+    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError> {
+        self.tiles(control, |kernel, pixels| {
+            let survey = |&pixel: &UVec2| {
+                let zero = FeatureSum::default();
+                let sum = samples.clone().fold(zero, |sum, sample| kernel.features_add(sum, pixel, sample));
+                [sum.albedo, sum.normal, sum.position]
+            };
+            pixels.iter().map(survey).collect()
+        })
+    }
+}
+
+impl Cpu {
+    // Works on the window tile by tile: `work` gives a value for each of a tile's pixels; `None` if `control` ended it.
+    fn tiles<T: Copy + Default + Send>(
+        &self,
+        control: &dyn Control,
+        work: impl Fn(&Kernel<'_>, &[UVec2]) -> Vec<T> + Sync,
+    ) -> Result<Option<Vec<T>>, BackendError> {
         let packed = self.packed.as_deref().ok_or(BackendError::Nothing)?;
-        let size = packed.params.resolution;
+        let window = packed.params.window;
+        let size = window.zw();
         let (columns, rows) = (size.x.div_ceil(TILE), size.y.div_ceil(TILE));
         let stop = AtomicBool::new(false);
-        let mut sums = vec![Vec4::ZERO; size.x as usize * size.y as usize];
+        let mut values = vec![T::default(); size.x as usize * size.y as usize];
         let (sender, finished) = std::sync::mpsc::channel();
         let tiles: Vec<UVec2> = (0..rows).flat_map(|y| (0..columns).map(move |x| UVec2::new(x, y) * TILE)).collect();
         // The work runs in the pool, the caller's thread collects it and stays free to say stop.
         std::thread::scope(|scope| {
-            let (pool, width, tiles, stop, samples) = (&self.pool, self.width, &tiles, &stop, &samples);
+            let (pool, tiles, stop, work) = (&self.pool, &tiles, &stop, &work);
             scope.spawn(move || {
                 pool.install(|| {
                     tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
                         if !stop.load(Ordering::Relaxed) {
+                            let end = (tile + UVec2::splat(TILE)).min(size);
+                            let places: Vec<_> = (tile.y..end.y)
+                                .flat_map(|y| (tile.x..end.x).map(move |x| window.xy() + UVec2::new(x, y)))
+                                .collect();
+                            let pixels = packed.with_kernel(|kernel| work(kernel, &places));
                             // The receiver is gone only after `stop`.
-                            let _ = sender.send((tile, trace_tile(packed, width, tile, samples.clone())));
+                            let _ = sender.send((tile, pixels));
                         }
                     });
                 });
@@ -80,9 +122,9 @@ impl Backend for Cpu {
             let mut done = 0;
             for (tile, pixels) in finished {
                 let width = TILE.min(size.x - tile.x) as usize;
-                for (row, values) in pixels.chunks_exact(width).enumerate() {
+                for (row, line) in pixels.chunks_exact(width).enumerate() {
                     let start = (tile.y as usize + row) * size.x as usize + tile.x as usize;
-                    sums[start..start + width].copy_from_slice(values);
+                    values[start..start + width].copy_from_slice(line);
                 }
                 done += 1;
                 if !control.keep_going(f64::from(done) / tiles.len() as f64) {
@@ -90,19 +132,6 @@ impl Backend for Cpu {
                 }
             }
         });
-        Ok((!stop.into_inner()).then_some(sums))
+        Ok((!stop.into_inner()).then_some(values))
     }
-}
-
-// The tile's sums, row by row.
-fn trace_tile(packed: &Packed, width: Width, tile: UVec2, samples: Range<u32>) -> Vec<Vec4> {
-    let size = (tile + UVec2::splat(TILE)).min(packed.params.resolution) - tile;
-    let count = samples.len();
-    let mut light = vec![Vec4::ZERO; (size.x * size.y) as usize * count];
-    let pixel_sample = |i: usize| {
-        let (pixel, sample) = ((i / count) as u32, (i % count) as u32);
-        (tile + UVec2::new(pixel % size.x, pixel / size.x), samples.start + sample)
-    };
-    packed.with_kernel(|kernel| lanes::radiance(kernel, width, &pixel_sample, &mut light));
-    light.chunks_exact(count.max(1)).map(|pixel| pixel.iter().sum()).collect()
 }

@@ -5,10 +5,11 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use glam::{UVec2, Vec4};
+use glam::{UVec2, Vec4, Vec4Swizzles};
 use kinora_kernel::{Packed, WGSL};
 
 use crate::backend::{Backend, BackendError, Control};
+use crate::film::Survey;
 
 /// What a dispatch should take.
 const DISPATCH: Duration = Duration::from_millis(50);
@@ -104,6 +105,50 @@ fn found() -> Vec<wgpu::Adapter> {
     adapters
 }
 
+// The same for all entry points: the scene, then a dispatch and the film.
+fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+    let layout = |read_only: bool, buffers: u32| {
+        let entries: Vec<_> = (0..buffers)
+            .map(|binding| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: match binding {
+                        0 => wgpu::BufferBindingType::Uniform,
+                        _ => wgpu::BufferBindingType::Storage { read_only },
+                    },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect();
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    };
+    [layout(true, STORAGE_BUFFERS), layout(false, 2)]
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layouts: &[wgpu::BindGroupLayout; 2],
+    entry: &str,
+) -> wgpu::ComputePipeline {
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(entry),
+        bind_group_layouts: &[Some(&layouts[0]), Some(&layouts[1])],
+        immediate_size: 0,
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(&layout),
+        module,
+        entry_point: Some(entry),
+        compilation_options: Default::default(),
+        cache: None,
+    })
+}
+
 struct Scene {
     bindings: wgpu::BindGroup,
     dispatch: wgpu::Buffer,
@@ -119,7 +164,11 @@ pub struct Gpu {
     limits: wgpu::Limits,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    pipeline: wgpu::ComputePipeline,
+    module: wgpu::ShaderModule,
+    layouts: [wgpu::BindGroupLayout; 2],
+    render: wgpu::ComputePipeline,
+    /// Made when it is first wanted.
+    survey: Option<wgpu::ComputePipeline>,
     scene: Option<Scene>,
     /// Pixel samples of the next dispatch.
     batch: f64,
@@ -182,20 +231,17 @@ impl Gpu {
             label: Some("kernel"),
             source: wgpu::ShaderSource::Wgsl(WGSL.into()),
         });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("render"),
-            layout: None,
-            module: &module,
-            entry_point: Some("render"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let layouts = layouts(&device);
+        let render = pipeline(&device, &module, &layouts, "render");
         let gpu = Self {
             name: format!("{} ({:?})", info.name, info.backend),
             limits,
             device,
             queue,
-            pipeline,
+            module,
+            layouts,
+            render,
+            survey: None,
             scene: None,
             batch: 65536.0,
             lost,
@@ -236,7 +282,7 @@ impl Gpu {
         Ok(buffer)
     }
 
-    fn bind(&self, group: u32, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    fn bind(&self, group: usize, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
         let entries: Vec<_> = buffers
             .iter()
             .enumerate()
@@ -244,7 +290,7 @@ impl Gpu {
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout: &self.pipeline.get_bind_group_layout(group),
+            layout: &self.layouts[group],
             entries: &entries,
         })
     }
@@ -261,8 +307,9 @@ impl Gpu {
         let tables = storage("tables", bytemuck::cast_slice(&packed.tables))?;
         let bindings = self.bind(0, &[&params, &nodes, &primitives, &shapes, &materials, &lights, &tables]);
 
-        let size = packed.params.resolution;
-        let film_bytes = u64::from(size.x) * u64::from(size.y) * size_of::<Vec4>() as u64;
+        let size = packed.params.window.zw();
+        // At least one row of a survey.
+        let film_bytes = u64::from(size.x) * u64::from(size.y.max(3)) * size_of::<Vec4>() as u64;
         self.check_size("pixels of the film", film_bytes)?;
         let buffer = |label, size, usage| {
             self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -275,7 +322,7 @@ impl Gpu {
         use wgpu::BufferUsages as Usage;
         let film = buffer("film", film_bytes, Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST);
         let read_back = buffer("read back", film_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        let dispatch = uniform("dispatch", &[0; 16])?;
+        let dispatch = uniform("dispatch", &[0; 32])?;
         let film_bindings = self.bind(1, &[&dispatch, &film]);
         Ok(Scene { bindings, dispatch, film, film_bindings, read_back, size })
     }
@@ -294,17 +341,62 @@ impl Gpu {
         self.queue.submit([encoder.finish()]);
     }
 
-    fn dispatch(&self, scene: &Scene, rows: Range<u32>, samples: Range<u32>) -> Result<(), BackendError> {
-        let bounds = [rows.start, rows.end, samples.start, samples.end];
+    fn dispatch(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        scene: &Scene,
+        film_row: u32,
+        rows: Range<u32>,
+        samples: Range<u32>,
+    ) -> Result<(), BackendError> {
+        let bounds = [rows.start, rows.end, samples.start, samples.end, film_row, 0, 0, 0];
         self.queue.write_buffer(&scene.dispatch, 0, bytemuck::cast_slice(&bounds));
         self.submit(|encoder| {
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&self.pipeline);
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &scene.bindings, &[]);
             pass.set_bind_group(1, &scene.film_bindings, &[]);
             pass.dispatch_workgroups(scene.size.x.div_ceil(WORKGROUP), (rows.end - rows.start).div_ceil(WORKGROUP), 1);
         });
         self.wait()
+    }
+
+    // Runs `pipeline` over these rows, which fill the film from its start; false if `control`, which hears of rows times
+    // samples, ended it.
+    fn sum(
+        &mut self,
+        pipeline: &wgpu::ComputePipeline,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &dyn Fn(f64) -> bool,
+    ) -> Result<bool, BackendError> {
+        let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
+        self.submit(|encoder| encoder.clear_buffer(&scene.film, 0, None));
+        let mut batch = self.batch;
+        let mut done = 0.0;
+        let mut row = rows.start;
+        let mut goes_on = true;
+        while row < rows.end && goes_on {
+            // A band takes all its samples before the next begins, so that each pixel adds them in their order.
+            let row_cost = f64::from(scene.size.x) * f64::from(samples.len() as u32);
+            let height = ((batch / row_cost) as u32).max(WORKGROUP);
+            let band = row..row.saturating_add(height).min(rows.end);
+            let mut sample = samples.start;
+            while sample < samples.end && goes_on {
+                let pixels = f64::from(scene.size.x) * f64::from(band.end - band.start);
+                let count = ((batch / pixels) as u32).clamp(1, samples.end - sample);
+                let start = Instant::now();
+                self.dispatch(pipeline, scene, rows.start, band.clone(), sample..sample + count)?;
+                let ratio = DISPATCH.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
+                batch = (pixels * f64::from(count) * ratio.clamp(0.25, 4.0)).clamp(1024.0, 1e9);
+                sample += count;
+                done += f64::from(count) * f64::from(band.end - band.start);
+                goes_on = control(done);
+            }
+            row = band.end;
+        }
+        self.batch = batch;
+        Ok(goes_on)
     }
 
     fn read(&self, scene: &Scene) -> Result<Vec<Vec4>, BackendError> {
@@ -349,35 +441,44 @@ impl Backend for Gpu {
     }
 
     fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError> {
-        let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
-        self.submit(|encoder| encoder.clear_buffer(&scene.film, 0, None));
-        let mut batch = self.batch;
-        let total = f64::from(samples.len() as u32) * f64::from(scene.size.y);
-        let mut done = 0.0;
-        let mut row = 0;
-        while row < scene.size.y {
-            // A band takes all its samples before the next begins, so that each pixel adds them in their order.
-            let row_cost = f64::from(scene.size.x) * f64::from(samples.len() as u32);
-            let rows = ((batch / row_cost) as u32).max(WORKGROUP);
-            let band = row..row.saturating_add(rows).min(scene.size.y);
-            let mut sample = samples.start;
-            while sample < samples.end {
-                let pixels = f64::from(scene.size.x) * f64::from(band.end - band.start);
-                let count = ((batch / pixels) as u32).clamp(1, samples.end - sample);
-                let start = Instant::now();
-                self.dispatch(scene, band.clone(), sample..sample + count)?;
-                let ratio = DISPATCH.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
-                batch = (pixels * f64::from(count) * ratio.clamp(0.25, 4.0)).clamp(1024.0, 1e9);
-                sample += count;
-                done += f64::from(count) * f64::from(band.end - band.start);
-                if !control.keep_going(done / total) {
-                    self.batch = batch;
-                    return Ok(None);
-                }
-            }
-            row = band.end;
+        let height = self.scene.as_ref().ok_or(BackendError::Nothing)?.size.y;
+        let total = f64::from(samples.len() as u32) * f64::from(height);
+        let render = self.render.clone();
+        let finished = self.sum(&render, 0..height, samples, &|done| control.keep_going(done / total))?;
+        match &self.scene {
+            Some(scene) if finished => self.read(scene).map(|mut sums| {
+                sums.truncate(scene.size.x as usize * height as usize);
+                Some(sums)
+            }),
+            _ => Ok(None),
         }
-        self.batch = batch;
-        self.read(scene).map(Some)
+    }
+
+    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError> {
+        let size = self.scene.as_ref().ok_or(BackendError::Nothing)?.size;
+        if self.survey.is_none() {
+            self.survey = Some(pipeline(&self.device, &self.module, &self.layouts, "survey"));
+            self.check()?;
+        }
+        let Some(survey) = self.survey.clone() else { return Ok(None) };
+        let total = f64::from(samples.len() as u32) * f64::from(size.y);
+        let mut surveys = Vec::with_capacity(size.x as usize * size.y as usize);
+        // The film holds a third of the picture at a time.
+        let height = size.y.max(3) / 3;
+        let mut row = 0;
+        while row < size.y {
+            let rows = row..row.saturating_add(height).min(size.y);
+            let before = f64::from(samples.len() as u32) * f64::from(row);
+            let go_on = |done: f64| control.keep_going((before + done) / total);
+            if !self.sum(&survey, rows.clone(), samples.clone(), &go_on)? {
+                return Ok(None);
+            }
+            let Some(scene) = &self.scene else { return Ok(None) };
+            let count = size.x as usize * rows.len();
+            let values = self.read(scene)?;
+            surveys.extend(values.chunks_exact(3).take(count).map(|v| [v[0], v[1], v[2]]));
+            row = rows.end;
+        }
+        Ok(Some(surveys))
     }
 }

@@ -13,9 +13,10 @@ pub mod gpu;
 mod pack;
 mod render;
 pub mod suite;
+mod wires;
 
 pub use backend::{Backend, BackendError, Choice, Control, open};
-pub use develop::{Image, develop};
-pub use film::Film;
+pub use develop::{Image, develop, measure};
+pub use film::{Film, Request, Seen, Survey, TooLarge, Window};
 pub use pack::{PackError, pack};
 pub use render::{RenderError, Renderer};

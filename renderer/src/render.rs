@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kinora_kernel::PASS_SAMPLES;
-use kinora_scene::World;
+use kinora_scene::{Shown, World};
 
 use crate::backend::{Backend, BackendError, Control};
-use crate::film::Film;
+use crate::film::{Film, Request, TooLarge, Window};
 use crate::pack::{PackError, pack};
+use crate::wires::Wires;
 
 /// Why a world was not rendered.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +19,20 @@ pub enum RenderError {
     Pack(PackError),
     /// The backend failed.
     Backend(BackendError),
+    /// The part of the picture that is wanted is empty or does not lie in it.
+    Outside {
+        /// The part.
+        window: Window,
+        /// Width and height of the picture.
+        picture: [u32; 2],
+    },
+    /// Memory does not hold the picture.
+    Memory {
+        /// Width and height in pixels.
+        size: [u32; 2],
+        /// What they need.
+        bytes: u64,
+    },
 }
 
 impl fmt::Display for RenderError {
@@ -25,6 +40,18 @@ impl fmt::Display for RenderError {
         match self {
             RenderError::Pack(error) => error.fmt(f),
             RenderError::Backend(error) => error.fmt(f),
+            RenderError::Outside { window: Window { left, top, width, height }, picture } => write!(
+                f,
+                "the crop {left},{top},{width},{height} is not a part of the picture, which is {} × {}",
+                picture[0], picture[1]
+            ),
+            RenderError::Memory { size, bytes } => write!(
+                f,
+                "a picture of {} × {} pixels needs {:.1} GiB of memory: render parts of it with --crop",
+                size[0],
+                size[1],
+                *bytes as f64 / f64::from(1 << 30)
+            ),
         }
     }
 }
@@ -70,12 +97,28 @@ impl Renderer {
     /// # Errors
     /// The world is too large or the backend fails; the world before it stays.
     pub fn load(&mut self, world: &World) -> Result<Film, RenderError> {
+        self.load_for(world, &Request::default())
+    }
+
+    /// Takes `world`; gives the empty film that `request` asks for.
+    ///
+    /// # Errors
+    /// As [`Renderer::load`], or the request cannot be met.
+    pub fn load_for(&mut self, world: &World, request: &Request) -> Result<Film, RenderError> {
         let start = Instant::now();
-        let packed = pack(world)?;
+        let picture = world.render.resolution;
+        if let Some(window) = request.crop.filter(|window| !Window::fits(picture, *window)) {
+            return Err(RenderError::Outside { window, picture });
+        }
+        let film = Film::new(&world.render, request);
+        let size = request.crop.map_or(picture, |window| [window.width, window.height]);
+        let mut film = film.map_err(|TooLarge { bytes }| RenderError::Memory { size, bytes })?;
+        let mut packed = pack(world)?;
+        packed.params.window = film.window().packed();
+        film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed)));
         self.backend.upload(Arc::new(packed))?;
         self.build = start.elapsed();
-        let [width, height] = world.render.resolution;
-        Ok(Film::new(width, height))
+        Ok(film)
     }
 
     /// Adds one pass to `film`, of [`PASS_SAMPLES`] samples or as many as are missing to `samples`; false if there was
@@ -89,8 +132,24 @@ impl Renderer {
         if first >= end {
             return Ok(false);
         }
-        let Some(pass) = self.backend.trace(first..end, control)? else { return Ok(false) };
-        film.add(&pass, end - first);
+        // A survey has one ray a sample, a path about ten.
+        let share = match (film.wants_light(), film.wants_surveys()) {
+            (true, true) => 0.9,
+            (light, _) => f64::from(u8::from(light)),
+        };
+        let (mut light, mut surveys) = (Vec::new(), Vec::new());
+        if film.wants_light() {
+            let Some(pass) = self.backend.trace(first..end, &|done| control.keep_going(done * share))? else {
+                return Ok(false);
+            };
+            light = pass;
+        }
+        if film.wants_surveys() {
+            let go_on = |done| control.keep_going(share + done * (1.0 - share));
+            let Some(pass) = self.backend.survey(first..end, &go_on)? else { return Ok(false) };
+            surveys = pass;
+        }
+        film.add(&light, &surveys, end - first);
         Ok(true)
     }
 
@@ -100,7 +159,15 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::load`] and [`Renderer::trace_pass`].
     pub fn render(&mut self, world: &World, control: &dyn Control) -> Result<Film, RenderError> {
-        let mut film = self.load(world)?;
+        self.render_for(world, &Request::default(), control)
+    }
+
+    /// Renders what `request` asks for.
+    ///
+    /// # Errors
+    /// As [`Renderer::load_for`] and [`Renderer::trace_pass`].
+    pub fn render_for(&mut self, world: &World, request: &Request, control: &dyn Control) -> Result<Film, RenderError> {
+        let mut film = self.load_for(world, request)?;
         let samples = world.render.samples;
         loop {
             let first = film.samples();

@@ -8,13 +8,14 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
-    Bsdf, Clock, Color, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh, Reflectance, Render,
-    Shape, Sky, Still, Tonemap, View, World,
+    Background, Bsdf, Clock, Color, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh, Reflectance,
+    Render, Shape, Shown, Sky, Still, Tonemap, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
+use crate::film::{Film, Request, Seen, Window};
 use crate::pack::pack;
-use crate::render::Renderer;
+use crate::render::{RenderError, Renderer};
 
 /// Opens a fresh backend.
 pub type Open = dyn Fn() -> Box<dyn Backend>;
@@ -49,6 +50,10 @@ pub const CASES: &[(&str, Case)] = &[
     ("bounces are counted as the language says", bounces),
     ("the camera's axes", camera_axes),
     ("an odd size", odd_size),
+    ("layers tell what a pixel shows", layers),
+    ("layers pass what light passes", layers_pass),
+    ("a window has the pixels of the whole", windows),
+    ("a transparent background has alpha", transparent),
 ];
 
 /// A camera at `eye` that looks at `target`.
@@ -152,6 +157,7 @@ fn near(case: &str, got: f64, expected: f64, tolerance: f64) {
 
 fn nothing_uploaded(open: &Open) {
     assert_eq!(open().trace(0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(open().survey(0..1, &()), Err(BackendError::Nothing));
 }
 
 fn some_world() -> World {
@@ -362,4 +368,125 @@ fn odd_size(open: &Open) {
         assert!(pixels.iter().all(|p| *p == Vec3::ONE), "{size:?} has gaps");
     }
     pack(&world([16384, 16384], 1, front())).expect("the largest picture packs");
+}
+
+fn survey(open: &Open, world: &World) -> Film {
+    let request = Request { crop: None, layers: true };
+    Renderer::new(open()).render_for(world, &request, &()).expect("the suite's worlds render")
+}
+
+fn seen(film: &Film, x: usize, y: usize) -> Seen {
+    film.seen(y * film.size()[0] as usize + x).expect("layers were asked for")
+}
+
+fn layers(open: &Open) {
+    let mut w = world([9, 9], 20, front());
+    w.render.view = Shown::Albedo;
+    let gold = metal(Color::new(1.0, 0.8, 0.25), 0.5);
+    let coated = |metalness| move |base| Material::from(Bsdf::Glossy { base, ior: 1.5, roughness: 0.0, metalness });
+    for (x, z, material) in
+        [(-0.8, 0.0, diffuse(0.25, 0.5)), (0.0, 1.0, gold), (0.8, 0.5, emitter(Emission::Radiance(0.5)))]
+    {
+        add(&mut w, quad(DVec3::Z, 0.6, 0.6), at(x, 0.0, z), material);
+    }
+    // Behind all others, seen from its back: its normal is turned to the eye.
+    w.materials.push(diffuse(0.5, 0.0));
+    let base = w.materials.len() - 1;
+    add(&mut w, quad(DVec3::NEG_Z, 9.0, 9.0), at(0.0, 0.0, -2.0), coated(0.0)(base));
+    let film = survey(open, &w);
+    assert_eq!((film.rays(), film.samples()), (0, 20), "a picture of colours traces light");
+    let fresnel = 0.04;
+    for (x, id, depth, albedo) in
+        [(1, 1, 4.0, Vec3::splat(0.25)), (4, 2, 3.0, Vec3::new(1.0, 0.8, 0.25)), (7, 3, 3.5, Vec3::splat(0.5))]
+    {
+        let s = seen(&film, x, 4);
+        assert_eq!((s.id, s.cover), (id, 1.0), "pixel {x}: {s:?}");
+        assert!((s.depth - depth).abs() < 1e-5 && (s.albedo - albedo).abs().max_element() < 1e-5, "pixel {x}: {s:?}");
+        assert!((s.normal - Vec3::Z).length() < 1e-5, "pixel {x}: {s:?}");
+        assert!((s.position.z - (4.0 - depth)).abs() < 1e-5 && s.position.y.abs() < 0.4, "pixel {x}: {s:?}");
+    }
+    let back = seen(&film, 4, 0);
+    assert_eq!(back.id, 4);
+    assert!((back.normal - Vec3::Z).length() < 1e-5, "{back:?}");
+    let expected = fresnel + (1.0 - fresnel) * 0.5;
+    assert!((back.albedo.x - expected).abs() < 3e-3, "{back:?}, expected {expected}");
+    // Nothing is where nothing is.
+    let empty = seen(&survey(open, &world([2, 2], 3, front())), 1, 1);
+    assert_eq!((empty.id, empty.depth, empty.cover, empty.normal), (0, 1e10, 0.0, Vec3::ZERO));
+}
+
+// A quad that a quarter of the rays meet, before one of two colours.
+fn layers_pass(open: &Open) {
+    let mut w = world([1, 1], 4096, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.01));
+    let half = Material { opacity: 0.25, ..diffuse(1.0, 0.0) };
+    add(&mut w, quad(DVec3::Z, 4.0, 4.0), at(0.0, 0.0, 1.0), half);
+    let both = |a: usize| Material::from(Bsdf::Mix { a, b: a + 1, amount: 0.25 });
+    w.materials.extend([diffuse(0.8, 0.0), diffuse(0.2, 0.0)]);
+    let mixed = both(w.materials.len() - 2);
+    add(&mut w, quad(DVec3::Z, 4.0, 4.0), at(0.0, 0.0, 0.0), mixed);
+    let s = seen(&survey(open, &w), 0, 0);
+    near("albedo behind a cut-out", f64::from(s.albedo.x), 0.25 + 0.75 * (0.75 * 0.8 + 0.25 * 0.2), 0.02);
+    assert_eq!(s.cover, 1.0);
+    assert!(s.id == 1 && s.depth == 3.0 || s.id == 2 && s.depth == 4.0, "{s:?}");
+}
+
+/// A world with surfaces of every kind, for comparing backends.
+pub fn all_kinds() -> World {
+    let mut w = some_world();
+    w.render.samples = 4;
+    w.render.filter = Filter::BlackmanHarris;
+    w.render.filter_width = 1.5;
+    add(&mut w, Shape::Sphere { radius_m: 0.3 }, at(-0.9, 0.6, 0.3), glass(1.5, Color::ONE, f64::INFINITY));
+    add(
+        &mut w,
+        quad(DVec3::new(0.3, 0.2, 1.0), 0.8, 0.6),
+        at(0.9, 0.0, 0.9),
+        Material { opacity: 0.5, ..diffuse(0.9, 0.0) },
+    );
+    w
+}
+
+fn windows(open: &Open) {
+    let w = all_kinds();
+    let whole = survey(open, &w);
+    let light = whole.mean();
+    for window in [
+        Window { left: 0, top: 0, width: 40, height: 24 },
+        Window { left: 7, top: 5, width: 19, height: 17 },
+        Window { left: 39, top: 23, width: 1, height: 1 },
+        Window { left: 13, top: 0, width: 3, height: 2 },
+    ] {
+        let request = Request { crop: Some(window), layers: true };
+        let film = Renderer::new(open()).render_for(&w, &request, &()).expect("a part renders");
+        let part = film.mean();
+        assert_eq!((film.size(), film.picture()), ([window.width, window.height], [40, 24]));
+        for y in 0..window.height {
+            for x in 0..window.width {
+                let i = (y * window.width + x) as usize;
+                let j = ((y + window.top) * 40 + x + window.left) as usize;
+                assert!(part[i] == light[j] && film.seen(i) == whole.seen(j), "{window:?} differs at {x}, {y}");
+            }
+        }
+    }
+    let outside = Request { crop: Some(Window { left: 30, top: 0, width: 11, height: 1 }), layers: false };
+    let refused = Renderer::new(open()).render_for(&w, &outside, &());
+    assert!(matches!(refused, Err(RenderError::Outside { .. })), "a window outside of the picture");
+}
+
+fn transparent(open: &Open) {
+    let mut w = world([8, 8], 64, front());
+    w.sky = white_sky();
+    w.render.background = Background::Transparent;
+    // The left half, whose light comes from a sky that the camera does not see.
+    add(&mut w, quad(DVec3::Z, 4.0, 4.0), at(-2.0, 0.0, 0.0), diffuse(0.5, 0.0));
+    let film = Renderer::new(open()).render(&w, &()).expect("renders");
+    let light = film.mean();
+    for (i, light) in light.iter().enumerate() {
+        let cover = film.seen(i).expect("alpha needs it").cover;
+        let expected = if i % 8 < 4 { 1.0 } else { 0.0 };
+        assert_eq!(cover, expected, "pixel {i}");
+        assert!((light.x - 0.5 * cover).abs() < 0.02, "pixel {i}: {light}");
+    }
+    let image = crate::develop(&film, &w.look);
+    assert_eq!(image.codes8().len(), 4 * 64);
 }

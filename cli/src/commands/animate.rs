@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use kinora_renderer::{BackendError, Film, RenderError, Renderer};
+use kinora_renderer::{BackendError, Film, RenderError, Renderer, Request};
 use kinora_scene::{Scene, World};
 
-use super::render::{End, OutputFlags, Statistics, draw, refuse_input};
+use super::render::{End, OutputFlags, Statistics, draw, name_of, refuse_input};
 use crate::encode::{self, Format, Stamp, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{PictureFlags, SceneFlags};
@@ -56,6 +56,7 @@ pub fn run(args: &Args) -> Outcome {
     let loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
     loaded.report();
     let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
+    let request = args.output_flags.request(scene, format)?;
     let frames = listed.unwrap_or_else(|| (0..scene.clock.frame_count()).collect());
     let statistics = Statistics {
         frames: Some(0),
@@ -68,6 +69,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut film = Sequence {
         args,
         format,
+        request,
         pattern,
         loaded: &loaded,
         scene,
@@ -110,6 +112,7 @@ pub fn run(args: &Args) -> Outcome {
 struct Sequence<'a> {
     args: &'a Args,
     format: Format,
+    request: Request,
     pattern: Pattern,
     loaded: &'a Loaded,
     scene: &'a Scene,
@@ -140,7 +143,7 @@ impl Sequence<'_> {
             Fault::Frame(exit::FINDINGS)
         })?;
         let path = self.pattern.file(frame);
-        let key = encode::frame_key(&world, self.format);
+        let key = encode::frame_key(&world, self.format, &self.request);
         if self.args.resume && encode::key_of(&path, self.format).as_ref() == Some(&key) {
             self.statistics.skipped = self.statistics.skipped.map(|skipped| skipped + 1);
             return Ok(());
@@ -167,7 +170,7 @@ impl Sequence<'_> {
             self.renderer = Some(Renderer::new(backend));
         }
         let Some(renderer) = &mut self.renderer else { return Err(Fault::All(exit::FAILED)) };
-        draw(renderer, world, self.progress, self.stop).map_err(|end| match end {
+        draw(renderer, world, &self.request, self.progress, self.stop).map_err(|end| match end {
             // The next frame may be smaller.
             End::Failed(RenderError::Pack(_) | RenderError::Backend(BackendError::TooLarge { .. })) => {
                 self.progress.beside(|| terminal::error(&format!("frame {frame} has no picture")));
@@ -179,6 +182,7 @@ impl Sequence<'_> {
 
     fn write(&self, frame: i64, world: &World, film: &Film, target: &Target, key: String) -> Result<(), String> {
         let stamp = Stamp {
+            name: name_of(&self.args.scene.file),
             scene: self.hash.clone(),
             seed: world.render.seed,
             frame: frame as f64,
@@ -187,7 +191,7 @@ impl Sequence<'_> {
             fps: self.scene.clock.fps,
             key: Some(key),
         };
-        target.write(&encode::encode(film, &world.look, self.format, &stamp)?)
+        target.write(&encode::encode(film, world, self.format, &stamp)?)
     }
 
     fn all(&self, end: End) -> Fault {

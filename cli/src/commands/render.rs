@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use kinora_renderer::{BackendError, Film, RenderError, Renderer};
-use kinora_scene::World;
+use kinora_renderer::{BackendError, Film, RenderError, Renderer, Request, Window};
+use kinora_scene::{Scene, World};
 use serde::Serialize;
 
-use crate::encode::{self, Bits, Format, Stamp, Target};
+use crate::encode::{self, Bits, Format, Layers, Stamp, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{PictureFlags, SceneFlags};
+use crate::memory;
 use crate::progress::Progress;
 use crate::session::{self, Loaded};
 use crate::stop::Stop;
@@ -43,6 +44,12 @@ pub struct OutputFlags {
     /// Bits a channel of a PNG
     #[arg(long, value_name = "8|16", default_value = "8", hide_default_value = true, value_parser = bits)]
     bits: Bits,
+    /// Layers of an EXR beside the picture: albedo, normal, depth, id, position
+    #[arg(long, value_name = "LIST")]
+    aov: Option<Layers>,
+    /// Only a part of the picture, in pixels from the top left: --crop 100,50,320,180. The pixels are the same as in the whole
+    #[arg(long, value_name = "X,Y,W,H", value_parser = crop, allow_hyphen_values = true)]
+    crop: Option<Window>,
     /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
@@ -54,7 +61,32 @@ pub struct OutputFlags {
 impl OutputFlags {
     /// The format that `path` asks for.
     pub fn format(&self, path: &Path) -> Result<Format, String> {
-        Format::of(path, self.bits)
+        Format::of(path, self.bits, self.aov.unwrap_or_default())
+    }
+
+    /// What is wanted of a film for it.
+    ///
+    /// # Errors
+    /// The scene has no such picture, the format does not hold it, or memory does not.
+    pub fn request(&self, scene: &Scene, format: Format) -> Result<Request, String> {
+        format.check(&scene.render)?;
+        let request = Request { crop: self.crop, layers: format.layers() != Layers::default() };
+        let picture = scene.render.resolution;
+        let window = self.crop.unwrap_or(Window::whole(picture));
+        if !Window::fits(picture, window) {
+            return Err(RenderError::Outside { window, picture }.to_string());
+        }
+        // A file's values lie beside the film when it is written.
+        const WRITTEN_BYTES: u64 = 40;
+        let bytes = Film::bytes(&scene.render, &request).saturating_add(WRITTEN_BYTES * window.pixels() as u64);
+        match memory::free_bytes() {
+            Some(free) if bytes > free => {
+                let size = [window.width, window.height];
+                let gib = free as f64 / f64::from(1 << 30);
+                Err(format!("{}; {gib:.1} GiB are free", RenderError::Memory { size, bytes }))
+            }
+            _ => Ok(request),
+        }
     }
 }
 
@@ -85,7 +117,7 @@ pub struct Statistics {
 impl Statistics {
     /// Prints the line.
     pub fn print(mut self) -> Result<(), String> {
-        self.peak_bytes = peak_bytes();
+        self.peak_bytes = memory::peak_bytes();
         // Strings and numbers always serialise.
         terminal::out(&(serde_json::to_string(&self).unwrap_or_default() + "\n"))
     }
@@ -102,6 +134,7 @@ pub fn run(args: &Args) -> Outcome {
     let loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
     loaded.report();
     let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
+    let request = args.output_flags.request(scene, format)?;
     let frame = match (args.frame, args.time) {
         (_, Some(Time::Seconds(seconds))) => seconds * scene.clock.fps,
         (_, Some(Time::Frames(frame))) => frame,
@@ -119,7 +152,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut renderer = Renderer::new(args.picture.open().map_err(|error| error.to_string())?);
     let progress = Progress::new(args.output_flags.quiet, None);
     let started = Instant::now();
-    let film = match draw(&mut renderer, &world, &progress, &stop) {
+    let film = match draw(&mut renderer, &world, &request, &progress, &stop) {
         Ok(film) => film,
         Err(end) => {
             progress.end(String::new);
@@ -127,6 +160,7 @@ pub fn run(args: &Args) -> Outcome {
         }
     };
     let stamp = Stamp {
+        name: name_of(&args.scene.file),
         scene: encode::scene_hash(scene),
         seed: world.render.seed,
         frame,
@@ -135,7 +169,7 @@ pub fn run(args: &Args) -> Outcome {
         fps: scene.clock.fps,
         key: None,
     };
-    target.write(&encode::encode(&film, &world.look, format, &stamp)?)?;
+    target.write(&encode::encode(&film, &world, format, &stamp)?)?;
     progress.end(|| summary(target.path(), &film, started.elapsed()));
     if args.output_flags.json {
         let mut statistics = Statistics { load_s: load.as_secs_f64(), ..Statistics::default() };
@@ -181,17 +215,24 @@ impl End {
                 terminal::error(&error.to_string());
                 Ok(exit::STOPPED)
             }
-            End::Failed(RenderError::Backend(error)) => Err(error.to_string()),
+            End::Failed(error) => Err(error.to_string()),
         }
     }
 }
 
 /// Renders `world`.
-pub fn draw(renderer: &mut Renderer, world: &World, progress: &Progress, stop: &Stop) -> Result<Film, End> {
+pub fn draw(
+    renderer: &mut Renderer,
+    world: &World,
+    request: &Request,
+    progress: &Progress,
+    stop: &Stop,
+) -> Result<Film, End> {
     let stopped = || stop.asked().map_or(Ok(()), |code| Err(End::Stopped(code)));
     stopped()?;
-    progress.begin(world.render.resolution, world.render.samples);
-    let film = renderer.render(world, &|done| {
+    let size = request.crop.map_or(world.render.resolution, |window| [window.width, window.height]);
+    progress.begin(size, world.render.samples);
+    let film = renderer.render_for(world, request, &|done| {
         progress.picture(done);
         stop.asked().is_none()
     });
@@ -243,16 +284,39 @@ fn bits(text: &str) -> Result<Bits, String> {
     }
 }
 
-// The most memory that this process has held, where the system says.
-fn peak_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+fn crop(text: &str) -> Result<Window, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[left, top, width, height]) if width > 0 && height > 0 => Ok(Window { left, top, width, height }),
+        _ => Err("write left, top, width and height in pixels: 100,50,320,180".into()),
+    }
+}
+
+/// What a scene is called in its pictures.
+pub fn name_of(scene: &Path) -> String {
+    scene.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn crops() {
+        let window = |left, top, width, height| Some(Window { left, top, width, height });
+        for (text, expected) in [
+            ("1,2,3,4", window(1, 2, 3, 4)),
+            (" 0, 0, 1, 1", window(0, 0, 1, 1)),
+            ("0,0,0,1", None),
+            ("-1,0,1,1", None),
+            ("1,2,3", None),
+            ("1,2,3,4,5", None),
+            ("0,0,4294967296,1", None),
+            ("", None),
+        ] {
+            assert_eq!(crop(text).ok(), expected, "{text:?}");
+        }
+    }
 
     #[test]
     fn times() {

@@ -1,40 +1,112 @@
-//! OpenEXR: linear Rec. 709 light in 32-bit floats, scanlines from the top, ZIP over 16 of them.
+//! OpenEXR: linear Rec. 709 light and layers in 32-bit floats (`id`: whole numbers), scanlines from the top, ZIP over 16
+//! of them. A part of a picture lies in its place in the whole: the data window in the display window.
 
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::image::{Encoding, Image, Layer, SpecificChannels};
+use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, Chromaticities, LineOrder, Rational, Text};
+use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Rational, Text, TimeCode};
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{Blocks, Compression, WritableImage};
-use glam::Vec3;
+use glam::{DMat4, DVec4, Vec3};
+use kinora_renderer::{Film, Seen, measure};
+use kinora_scene::World;
 
-use super::{SOFTWARE, Stamp};
+use super::{Layers, SOFTWARE, Stamp};
 
 const REC_709: Chromaticities =
     Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) };
 
-pub(super) fn encode(radiance: &[Vec3], [width, height]: [u32; 2], stamp: &Stamp) -> Result<Vec<u8>, String> {
-    let (width, height) = (width as usize, height as usize);
-    let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
-        let color = radiance.get(y * width + x).copied().unwrap_or_default();
-        (color.x, color.y, color.z)
-    });
+pub(super) fn encode(film: &Film, world: &World, layers: Layers, stamp: &Stamp) -> Result<Vec<u8>, String> {
     // Tiles, or lines in any order, come out in the order in which threads finish them.
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let mut attributes = LayerAttributes { software_name: Some(text_of(SOFTWARE)), ..Default::default() };
+    attributes.comments = Some(text_of(&stamp.name));
     attributes.frames_per_second = Some(rational(stamp.fps));
+    attributes.exposure = Some((world.shutter.close_s - world.shutter.open_s) as f32);
+    let (to_camera, to_device) = matrices(world);
+    attributes.world_to_camera = Some(to_camera);
+    attributes.world_to_normalized_device = Some(to_device);
     let entries = stamp.entries().into_iter();
     attributes.other = entries.map(|(name, value)| (text_of(name), AttributeValue::Text(text_of(&value)))).collect();
-    let mut image = Image::from_layer(Layer::new((width, height), attributes, encoding, channels));
+    let window = film.window();
+    // Both are below 2¹⁴.
+    attributes.layer_position = Vec2(window.left as i32, window.top as i32);
+    let size = (window.width as usize, window.height as usize);
+    let mut image = Image::from_layer(Layer::new(size, attributes, encoding, channels(film, layers)));
+    let [width, height] = film.picture();
+    image.attributes.display_window = IntegerBounds::from_dimensions((width as usize, height as usize));
     image.attributes.chromaticities = Some(REC_709);
+    image.attributes.time_code = time_code(stamp.frame, stamp.fps);
     let mut bytes = Vec::new();
     image.write().to_buffered(Cursor::new(&mut bytes)).map_err(|error| format!("cannot make an EXR: {error}"))?;
     sort_attributes(&mut bytes).ok_or("cannot make an EXR: its header makes no sense")?;
     Ok(bytes)
+}
+
+// The picture, its alpha if it has one, and the layers; sorted by name.
+fn channels(film: &Film, layers: Layers) -> AnyChannels<FlatSamples> {
+    let mut channels = Vec::new();
+    let mut add = |name: String, samples| channels.push(AnyChannel::new(text_of(&name), samples));
+    let colors = measure(film);
+    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
+        add(name.into(), FlatSamples::F32(colors.iter().map(|color| color[axis]).collect()));
+    }
+    let seen: Vec<Seen> = (0..film.window().pixels()).map_while(|i| film.seen(i)).collect();
+    if film.is_transparent() {
+        add("A".into(), FlatSamples::F32(seen.iter().map(|seen| seen.cover).collect()));
+    }
+    let mut vector = |wanted: bool, layer: &str, names: [&str; 3], value: &dyn Fn(&Seen) -> Vec3| {
+        for (axis, name) in names.into_iter().enumerate().filter(|_| wanted) {
+            add(format!("{layer}.{name}"), FlatSamples::F32(seen.iter().map(|seen| value(seen)[axis]).collect()));
+        }
+    };
+    vector(layers.albedo, "albedo", ["R", "G", "B"], &|seen| seen.albedo);
+    vector(layers.normal, "normal", ["X", "Y", "Z"], &|seen| seen.normal);
+    vector(layers.position, "position", ["X", "Y", "Z"], &|seen| seen.position);
+    if layers.depth {
+        add("depth.Z".into(), FlatSamples::F32(seen.iter().map(|seen| seen.depth).collect()));
+    }
+    if layers.id {
+        add("id".into(), FlatSamples::U32(seen.iter().map(|seen| seen.id).collect()));
+    }
+    AnyChannels::sort(channels.into())
+}
+
+// From the world to the camera, which looks along its own -z, and to the picture: x and y from -1, left and bottom, to 1.
+// OpenEXR's vectors are rows.
+fn matrices(world: &World) -> ([f32; 16], [f32; 16]) {
+    let camera = DMat4::from(world.view.world_from_camera.inverse());
+    let [width, height] = world.render.resolution.map(f64::from);
+    // Depth runs from -1 at 1 cm to 1 infinitely far away.
+    let (scale, near) = (1.0 / (0.5 * world.view.fov).tan(), 0.01);
+    let device = DMat4::from_cols(
+        DVec4::X * (scale * height / width),
+        DVec4::Y * scale,
+        DVec4::new(0.0, 0.0, -1.0, -1.0),
+        DVec4::Z * (-2.0 * near),
+    ) * camera;
+    (camera.as_mat4().to_cols_array(), device.as_mat4().to_cols_array())
+}
+
+// Hours, minutes, seconds and frames, as long as a tape has them: of whole frames of the first day at up to 30 a second.
+fn time_code(frame: f64, fps: f64) -> Option<TimeCode> {
+    let (rate, frame) = (fps.round() as u64, (frame >= 0.0 && frame.fract() == 0.0).then_some(frame as u64)?);
+    let seconds = frame.checked_div(rate).filter(|seconds| rate <= 30 && *seconds < 24 * 3600)?;
+    Some(TimeCode {
+        hours: (seconds / 3600) as u8,
+        minutes: (seconds / 60 % 60) as u8,
+        seconds: (seconds % 60) as u8,
+        frame: (frame % rate) as u8,
+        drop_frame: false,
+        color_frame: false,
+        field_phase: false,
+        binary_group_flags: [false; 3],
+        binary_groups: [0; 8],
+    })
 }
 
 fn text_of(text: &str) -> Text {
@@ -87,37 +159,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_picture_is_the_same_bytes() {
-        let stamp = Stamp {
-            scene: "5ce0e".into(),
-            seed: 3,
-            frame: 7.0,
-            samples: 16,
-            backend: "cpu",
-            fps: 24.0,
-            key: Some("f00d".into()),
-        };
-        let radiance: Vec<Vec3> = (0..100 * 40).map(|i| Vec3::new(i as f32, 1.0 / (i as f32 + 1.0), -0.5)).collect();
-        let first = encode(&radiance, [100, 40], &stamp).unwrap();
-        for _ in 0..8 {
-            assert!(encode(&radiance, [100, 40], &stamp).unwrap() == first);
+    fn time_codes() {
+        let told = |code: TimeCode| [code.hours, code.minutes, code.seconds, code.frame];
+        for (frame, fps, expected) in [
+            (0.0, 24.0, Some([0, 0, 0, 0])),
+            (49.0, 24.0, Some([0, 0, 2, 1])),
+            (24.0 * 3725.0 + 3.0, 24.0, Some([1, 2, 5, 3])),
+            (1e9, 24.0, None),
+            (-1.0, 24.0, None),
+            (0.5, 24.0, None),
+            (3.0, 60.0, None),
+            (3.0, 0.1, None),
+        ] {
+            assert_eq!(time_code(frame, fps).map(told), expected, "frame {frame} at {fps}");
         }
-        let path = std::env::temp_dir().join(format!("kinora-exr-{}.exr", std::process::id()));
-        std::fs::write(&path, &first).unwrap();
-        let image = exr::prelude::read_first_rgba_layer_from_file(
-            &path,
-            |size, _| vec![Vec3::ZERO; size.area()],
-            |pixels: &mut Vec<Vec3>, Vec2(x, y), (r, g, b, _): (f32, f32, f32, f32)| {
-                pixels[y * 100 + x] = Vec3::new(r, g, b);
-            },
-        );
-        let (key, scene) = (text(&path, "kinora:frameKey"), text(&path, "kinora:scene"));
-        std::fs::remove_file(&path).unwrap();
-        let image = image.unwrap();
-        assert_eq!(image.layer_data.channel_data.pixels, radiance);
-        assert_eq!(image.layer_data.attributes.software_name, Some(text_of(SOFTWARE)));
-        assert_eq!(image.layer_data.attributes.frames_per_second, Some((24, 1)));
-        assert_eq!((key.as_deref(), scene.as_deref()), (Some("f00d"), Some("5ce0e")));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! half a file. There is no date in a file, so that the same picture is the same bytes.
 
 mod exr;
+mod layers;
 mod other;
 mod png;
 
@@ -10,8 +11,10 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use kinora_renderer::{Film, develop};
-use kinora_scene::{Look, Scene, Still, World};
+use kinora_renderer::{Film, Request, Window, develop, measure};
+use kinora_scene::{Background, Render, Scene, Shown, World};
+
+pub use layers::Layers;
 
 /// What every file says about its program.
 const SOFTWARE: &str = concat!("kinora ", env!("CARGO_PKG_VERSION"));
@@ -26,8 +29,11 @@ pub enum Format {
         /// Of a channel.
         bits: Bits,
     },
-    /// Linear light, 32-bit float.
-    Exr,
+    /// Linear light and layers, 32-bit float.
+    Exr {
+        /// Beside the picture.
+        layers: Layers,
+    },
     /// Linear light, shared exponent.
     Hdr,
     /// Display values, quality 95.
@@ -47,12 +53,15 @@ impl Format {
     /// The format that the ending of `path` asks for.
     ///
     /// # Errors
-    /// The ending is none that pictures have, or comes later.
-    pub fn of(path: &Path, bits: Bits) -> Result<Format, String> {
+    /// The ending is none that pictures have, or comes later, or there is no place for layers.
+    pub fn of(path: &Path, bits: Bits, layers: Layers) -> Result<Format, String> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
         match ending.as_str() {
+            "png" | "hdr" | "jpg" | "jpeg" if layers != Layers::default() => {
+                Err(format!("`--aov` adds layers to an .exr; an .{ending} has none"))
+            }
             "png" => Ok(Format::Png { bits }),
-            "exr" => Ok(Format::Exr),
+            "exr" => Ok(Format::Exr { layers }),
             "hdr" => Ok(Format::Hdr),
             "jpg" | "jpeg" => Ok(Format::Jpg),
             "mp4" | "gif" | "webm" | "apng" => Err(format!(
@@ -63,14 +72,45 @@ impl Format {
         }
     }
 
-    // A name that a frame's key depends on.
-    fn name(self) -> &'static str {
-        match self {
-            Format::Png { bits: Bits::Eight } => "png8",
-            Format::Png { bits: Bits::Sixteen } => "png16",
-            Format::Exr => "exr",
+    /// Whether it can hold what `render` asks for.
+    ///
+    /// # Errors
+    /// It cannot.
+    pub fn check(self, render: &Render) -> Result<(), String> {
+        let ending = match self {
+            Format::Png { .. } | Format::Exr { .. } => return Ok(()),
             Format::Hdr => "hdr",
             Format::Jpg => "jpg",
+        };
+        if render.background == Background::Transparent {
+            return Err(format!(
+                "an .{ending} cannot be transparent: write a .png or an .exr, or set render.background to sky"
+            ));
+        }
+        if self == Format::Hdr && render.view == Shown::Normal {
+            return Err(
+                "an .hdr has no negative numbers, which normals need: write an .exr, or a .png to look at".into()
+            );
+        }
+        Ok(())
+    }
+
+    /// The layers that a film needs for it.
+    pub fn layers(self) -> Layers {
+        match self {
+            Format::Exr { layers } => layers,
+            _ => Layers::default(),
+        }
+    }
+
+    // A name that a frame's key depends on.
+    fn name(self) -> String {
+        match self {
+            Format::Png { bits: Bits::Eight } => "png8".into(),
+            Format::Png { bits: Bits::Sixteen } => "png16".into(),
+            Format::Exr { layers } => std::iter::once("exr").chain(layers.names()).collect::<Vec<_>>().join("+"),
+            Format::Hdr => "hdr".into(),
+            Format::Jpg => "jpg".into(),
         }
     }
 }
@@ -78,6 +118,8 @@ impl Format {
 /// The facts that a file carries.
 #[derive(Clone, Debug)]
 pub struct Stamp {
+    /// The scene's name.
+    pub name: String,
     /// [`scene_hash`].
     pub scene: String,
     /// Of the noise.
@@ -115,8 +157,9 @@ pub fn scene_hash(scene: &Scene) -> String {
 }
 
 /// A hash of all that one frame's file depends on, but for the device.
-pub fn frame_key(world: &World, format: Format) -> String {
-    hash(world, &[env!("CARGO_PKG_VERSION"), format.name()])
+pub fn frame_key(world: &World, format: Format, request: &Request) -> String {
+    let crop = request.crop.map(|Window { left, top, width, height }| format!("{left},{top},{width},{height}"));
+    hash(world, &[env!("CARGO_PKG_VERSION"), &format.name(), &crop.unwrap_or_default()])
 }
 
 fn hash(value: &impl serde::Serialize, more: &[&str]) -> String {
@@ -134,13 +177,12 @@ fn hash(value: &impl serde::Serialize, more: &[&str]) -> String {
 ///
 /// # Errors
 /// The picture is larger than the format allows.
-pub fn encode(film: &Film, look: &Look<Still>, format: Format, stamp: &Stamp) -> Result<Vec<u8>, String> {
-    let (mean, size) = (film.mean(), film.size());
+pub fn encode(film: &Film, world: &World, format: Format, stamp: &Stamp) -> Result<Vec<u8>, String> {
     match format {
-        Format::Png { bits } => png::encode(&develop(&mean, size, look), bits, stamp),
-        Format::Exr => exr::encode(&mean, size, stamp),
-        Format::Hdr => other::hdr(&mean, size, stamp),
-        Format::Jpg => other::jpg(&develop(&mean, size, look), stamp),
+        Format::Png { bits } => png::encode(&develop(film, &world.look), bits, stamp),
+        Format::Exr { layers } => exr::encode(film, world, layers, stamp),
+        Format::Hdr => other::hdr(&measure(film), film.size(), stamp),
+        Format::Jpg => other::jpg(&develop(film, &world.look), stamp),
     }
 }
 
@@ -148,7 +190,7 @@ pub fn encode(film: &Film, look: &Look<Still>, format: Format, stamp: &Stamp) ->
 pub fn key_of(path: &Path, format: Format) -> Option<String> {
     match format {
         Format::Png { .. } => png::text(path, FRAME_KEY),
-        Format::Exr => exr::text(path, FRAME_KEY),
+        Format::Exr { .. } => exr::text(path, FRAME_KEY),
         Format::Hdr | Format::Jpg => other::text(path, FRAME_KEY),
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn jpg(picture: &Image, stamp: &Stamp) -> Result<Vec<u8>, String> {
     let [width, height] = picture.size;
     let mut bytes = Vec::new();
     let mut encoder = JpegEncoder::new_with_quality(&mut bytes, 95);
-    let encoded = encoder.encode(&picture.rgb8(), width, height, ExtendedColorType::Rgb8);
+    let encoded = encoder.encode(&picture.codes8(), width, height, ExtendedColorType::Rgb8);
     encoded.map_err(|error| format!("cannot make a JPEG: {error}"))?;
     // Behind the two bytes that start the file: marker COM, length with itself, text.
     let comment = comments(stamp).into_iter().map(|line| line + "\n").collect::<String>().into_bytes();

@@ -1,4 +1,4 @@
-//! PNG: display values in sRGB.
+//! PNG: display values in sRGB, with alpha where the picture has some.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -17,7 +17,7 @@ pub(super) fn encode(image: &Image, bits: Bits, stamp: &Stamp) -> Result<Vec<u8>
 fn write(bytes: &mut Vec<u8>, image: &Image, bits: Bits, stamp: &Stamp) -> Result<(), png::EncodingError> {
     let [width, height] = image.size;
     let mut encoder = png::Encoder::new(bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(if image.alpha.is_empty() { png::ColorType::Rgb } else { png::ColorType::Rgba });
     encoder.set_depth(match bits {
         Bits::Eight => png::BitDepth::Eight,
         Bits::Sixteen => png::BitDepth::Sixteen,
@@ -29,9 +29,9 @@ fn write(bytes: &mut Vec<u8>, image: &Image, bits: Bits, stamp: &Stamp) -> Resul
     }
     let mut writer = encoder.write_header()?;
     match bits {
-        Bits::Eight => writer.write_image_data(&image.rgb8())?,
+        Bits::Eight => writer.write_image_data(&image.codes8())?,
         Bits::Sixteen => {
-            let big_endian: Vec<u8> = image.rgb16().into_iter().flat_map(u16::to_be_bytes).collect();
+            let big_endian: Vec<u8> = image.codes16().into_iter().flat_map(u16::to_be_bytes).collect();
             writer.write_image_data(&big_endian)?;
         }
     }

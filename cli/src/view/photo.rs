@@ -77,7 +77,7 @@ fn png(image: &Image) -> Result<Vec<u8>, png::EncodingError> {
     let mut encoder = png::Encoder::new(&mut bytes, image.size[0], image.size[1]);
     encoder.set_color(png::ColorType::Rgb);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&image.rgb8())?;
+    writer.write_image_data(&image.codes8())?;
     writer.finish()?;
     Ok(bytes)
 }

@@ -208,7 +208,7 @@ impl Screen {
             .flat_map(|row| row.chunks_exact(4))
             .map(|pixel| order.map(|channel| value(pixel, channel)).into())
             .collect();
-        Ok(Image { size: [width, height], pixels })
+        Ok(Image { size: [width, height], pixels, alpha: Vec::new() })
     }
 }
 

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use kinora_renderer::{Backend, Film, Renderer, develop};
-use kinora_scene::{Look, Shutter, Still, View, World};
+use kinora_renderer::{Backend, Renderer, develop};
+use kinora_scene::{Shutter, View, World};
 
 use super::fit::limit;
 use super::pace::Pace;
@@ -127,7 +127,7 @@ impl Worker<'_> {
             self.pace.learn(size, end - done, begun.elapsed().as_secs_f64());
             if end == samples || shown.is_none_or(|shown| shown.elapsed() >= SHOW_EVERY) {
                 let time = start.elapsed();
-                let rgba = displayed(&film, &world.look);
+                let rgba = develop(&film, &world.look).screen();
                 let wanted = world.render.samples;
                 let picture = Picture { rgba, size, full, samples: end, wanted, time, load: job.load };
                 self.desk.results.put(Ok(picture));
@@ -144,19 +144,4 @@ impl Worker<'_> {
 
 fn said(error: kinora_renderer::RenderError) -> String {
     format!("error: {error}")
-}
-
-/// The film as the screen shows it, developed on all cores; four bytes a pixel.
-fn displayed(film: &Film, look: &Look<Still>) -> Vec<u8> {
-    let mean = film.mean();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let part = mean.len().div_ceil(cores).max(1 << 14);
-    let develop = |pixels: &[_]| -> Vec<u8> {
-        let rgb = develop(pixels, [0, 0], look).rgb8();
-        rgb.chunks_exact(3).flat_map(|c| [c[0], c[1], c[2], 255]).collect()
-    };
-    std::thread::scope(|scope| {
-        let threads: Vec<_> = mean.chunks(part).map(|pixels| scope.spawn(move || develop(pixels))).collect();
-        threads.into_iter().flat_map(|thread| thread.join().unwrap_or_default()).collect()
-    })
 }

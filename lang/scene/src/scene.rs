@@ -22,7 +22,7 @@ pub struct Scene {
     pub camera: Option<usize>,
     /// Groups and shapes, parents before their children.
     pub nodes: Vec<Node>,
-    /// The materials that `nodes` refer to.
+    /// The materials that `nodes` refer to, what one is made of before itself.
     pub materials: Vec<Material<Animated>>,
     /// The light from infinitely far away.
     pub sky: Option<Sky<Animated>>,
@@ -404,7 +404,7 @@ pub enum Bsdf<R: Rate> {
         /// Where media overlap the higher wins; of equals, the one entered last.
         priority: i32,
     },
-    /// A dielectric coat over another material.
+    /// A dielectric coat over another material. An emitter beneath it gives no light.
     Glossy {
         /// Index of the material beneath, smaller than its own.
         base: usize,

@@ -1,5 +1,5 @@
-//! What looks like a mistake in space: lights shut in, flat shapes in one plane, the tiny beside the huge. Only what stands
-//! still is looked at, and only as much of it as takes no time to speak of.
+//! What looks like a mistake in space: lights shut in, flat shapes in one plane, the tiny beside the huge. Only what
+//! stands still is looked at, and only as much of it as takes no time to speak of.
 
 use std::collections::HashMap;
 

@@ -80,6 +80,14 @@ fn media_cross(media: vec4<u32>, material: u32, front: bool) -> Crossing {
     return Crossing(beyond, medium_ior(b) / medium_ior(a), a == b);
 }
 
+/// Through the surface `b`, whatever it is, from its outer side (`front`) or its inner one.
+fn boundary_at(b: Bsdf, media: vec4<u32>, front: bool) -> Crossing {
+    if b.kind == MATERIAL_DIELECTRIC && (b.flags & DIELECTRIC_THIN) == 0u {
+        return media_cross(media, b.material, front);
+    }
+    return Crossing(media, b.eta, false);
+}
+
 /// What is left of light after `distance` metres.
 fn transmittance(absorption: vec3<f32>, distance: f32) -> vec3<f32> {
     if max_component(absorption) <= 0.0 {

@@ -152,6 +152,29 @@ fn go_through(path: ptr<function, Path>, s: Surface) {
     (*path).alive = (*path).passes < MAX_PASSES;
 }
 
+// The first of the random numbers of the path's next scattering.
+fn bounce_dimension(path: ptr<function, Path>) -> u32 {
+    return DIM_BOUNCE + (*path).bounce * DIM_STRIDE;
+}
+
+// Whether this ray passes `material` where not all of them meet it.
+fn is_cut_out(path: ptr<function, Path>, material: u32) -> bool {
+    if (params.features & FEATURE_CUTOUT) == 0u {
+        return false;
+    }
+    let opacity = materials[material].more.w;
+    let dimension = DIM_CUTOUT + bounce_dimension(path) * MAX_PASSES + (*path).passes;
+    return opacity < 1.0 && random_1d((*path).key, dimension) >= opacity;
+}
+
+// The numbers that choose among what `material` is made of.
+fn material_choice(path: ptr<function, Path>, material: u32) -> vec2<f32> {
+    if (materials[material].kind.y & CHOICE) == 0u {
+        return vec2<f32>(0.0);
+    }
+    return random_2d((*path).key, bounce_dimension(path) + DIM_CHOICE);
+}
+
 /// What happens where the path's ray met something: the path gets its next ray, or ends, and may ask for a shadow ray.
 fn path_shade(path: ptr<function, Path>, hit: Hit) {
     (*path).shadow_t = 0.0;
@@ -166,13 +189,9 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     let s = surface_at(hit, (*path).o, (*path).d);
     let material = shapes[s.shape].index.x;
     (*path).start = hit.id;
-    let dimension = DIM_BOUNCE + (*path).bounce * DIM_STRIDE;
-    if (params.features & FEATURE_CUTOUT) != 0u {
-        let opacity = materials[material].more.w;
-        if opacity < 1.0 && random_1d((*path).key, DIM_CUTOUT + dimension * MAX_PASSES + (*path).passes) >= opacity {
-            go_through(path, s);
-            return;
-        }
+    if is_cut_out(path, material) {
+        go_through(path, s);
+        return;
     }
 
     // Add what it emits; what sampling a light could have found counts in part.
@@ -184,10 +203,7 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
 
     // Choose one of the materials that it is mixed of, and see whether there is a boundary at all.
     var v = vertex_at(s, (*path).d);
-    var choice = vec2<f32>(0.0);
-    if (materials[material].kind.y & CHOICE) != 0u {
-        choice = random_2d((*path).key, dimension + DIM_CHOICE);
-    }
+    let choice = material_choice(path, material);
     var b = bsdf_at(material, v.wo.z, choice.x);
     if b.alpha.x != b.alpha.y {
         // Seen from within, what runs counter-clockwise runs clockwise.
@@ -195,18 +211,15 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
         v.frame = frame_along(v.frame.z, s.tangent, turn);
         v.wo = to_local(v.frame, -(*path).d);
     }
-    var beyond = (*path).media;
-    if b.kind == MATERIAL_DIELECTRIC && (b.flags & DIELECTRIC_THIN) == 0u {
-        let crossing = media_cross((*path).media, b.material, v.front);
-        if crossing.hidden {
-            (*path).media = crossing.beyond;
-            (*path).pdf = DELTA_PDF;
-            go_through(path, s);
-            return;
-        }
-        beyond = crossing.beyond;
-        b.eta = crossing.eta;
+    let crossing = boundary_at(b, (*path).media, v.front);
+    if crossing.hidden {
+        (*path).media = crossing.beyond;
+        (*path).pdf = DELTA_PDF;
+        go_through(path, s);
+        return;
     }
+    let beyond = crossing.beyond;
+    b.eta = crossing.eta;
 
     if (*path).bounce >= params.max_bounces {
         (*path).alive = false;
@@ -214,6 +227,7 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     }
 
     // Sample a light.
+    let dimension = bounce_dimension(path);
     (*path).lit = params.light_chance >= 0.0
         && random_1d((*path).key, dimension + DIM_TECHNIQUE) < params.light_chance;
     if params.light_count > 0u && ((*path).lit || params.light_chance < 0.0) && !bsdf_is_delta(b) {

@@ -64,7 +64,9 @@ struct Params {
     camera_film: vec4<f32>,
     /// Radiance; w: 1 if the camera sees it, else 0.
     sky: vec4<f32>,
-    /// Width and height in pixels.
+    /// The part of the picture that is wanted: left, top, width and height in pixels.
+    window: vec4<u32>,
+    /// Width and height of the whole picture in pixels.
     resolution: vec2<u32>,
     seed: u32,
     sampler: u32,

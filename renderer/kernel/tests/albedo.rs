@@ -123,7 +123,7 @@ fn tables_are_the_published_numbers() {
             }
         }
         println!("off by {worst:?}: metals, their average, boundaries, coats");
-        assert!(worst.iter().zip([1e-3, 5e-4, 4e-3, 4e-3]).all(|(error, bound)| *error < bound), "{worst:?}");
+        assert!(worst.iter().zip([1e-3, 7e-4, 5e-3, 2e-3]).all(|(error, bound)| *error < bound), "{worst:?}");
     });
 }
 

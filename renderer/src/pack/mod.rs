@@ -186,6 +186,7 @@ fn params(world: &World) -> Params {
         camera_eye: view.world_from_camera.translation.as_vec3().extend((view.aperture_m * 0.5) as f32),
         camera_film: Vec4::new(half_width as f32, half_height as f32, view.focus_m as f32, 0.0),
         sky: world.sky_radiance().extend(if sky_seen { 1.0 } else { 0.0 }),
+        window: glam::UVec4::new(0, 0, width, height),
         resolution: glam::UVec2::new(width, height),
         seed: world.render.seed,
         sampler: match world.render.sampler {

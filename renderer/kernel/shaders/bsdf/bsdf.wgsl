@@ -74,8 +74,9 @@ fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
             index = branch(&choice, lobe.x, kind.z, kind.w);
             continue;
         }
+        let metal = choice < lobe.w;
         let below = branch(&choice, lobe.w, kind.z, kind.w);
-        if below == kind.w {
+        if metal {
             index = below;
             continue;
         }
@@ -244,4 +245,23 @@ fn bsdf_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
         s.weight = bsdf_eval(b, wo, s.wi) / s.pdf;
     }
     return s;
+}
+
+/// What colour it has, for pictures of colours: of a metal what it reflects to where it came from, of glass white; under
+/// a coat, seen at the cosine of `bsdf_at`.
+fn bsdf_colour(b: Bsdf) -> vec3<f32> {
+    var base = vec3<f32>(0.0);
+    switch b.kind {
+        case MATERIAL_DIFFUSE: {
+            base = b.color;
+        }
+        case MATERIAL_METAL: {
+            base = metal_fresnel(b, 1.0);
+        }
+        case MATERIAL_DIELECTRIC, MATERIAL_GLOSSY: {
+            base = vec3<f32>(1.0);
+        }
+        default: {}
+    }
+    return vec3<f32>(1.0 - b.under) + b.under * base;
 }

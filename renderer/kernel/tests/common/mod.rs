@@ -94,7 +94,7 @@ pub fn diffuse(rho: f32, roughness: f32, model: u32) -> Material {
         color: Vec3::splat(rho).extend(0.0),
         more: Vec4::W,
         lobe: Vec4::new(0.0, 0.0, roughness, 0.0),
-        kind: UVec4::new(MATERIAL_DIFFUSE, model, 0, 0),
+        kind: UVec4::new(MATERIAL_DIFFUSE, model | if roughness > 0.0 { CHOICE } else { 0 }, 0, 0),
         ..Material::default()
     }
 }
@@ -140,7 +140,7 @@ pub fn compensated(mut metal: Material) -> Material {
     });
     let multiple = average.as_dvec3().map(|f| f * f * (1.0 - lost) / (1.0 - f * lost) / lost);
     metal.more = multiple.as_vec3().extend(1.0);
-    metal.kind.y |= COMPENSATE;
+    metal.kind.y |= COMPENSATE | CHOICE;
     metal
 }
 
@@ -151,7 +151,7 @@ pub fn glass(ior: f32, roughness: f32, flags: u32) -> Material {
         extra: Vec3::ZERO.extend(ior),
         more: Vec4::W,
         lobe: widths(roughness, 0.0),
-        kind: UVec4::new(MATERIAL_DIELECTRIC, flags, 0, 0),
+        kind: UVec4::new(MATERIAL_DIELECTRIC, flags | if roughness > 0.0 { CHOICE } else { 0 }, 0, 0),
     }
 }
 

@@ -1,0 +1,81 @@
+// What a pixel shows, apart from its light: the first surface that the camera's ray of a sample meets. It is the same ray
+// as that of the sample's path, and passes the same cut-outs and hidden boundaries.
+
+/// The depth where nothing is, in metres.
+const NO_DEPTH: f32 = 1e10;
+
+struct Features {
+    /// Colour of the surface, an emitter's radiance added to it, at most 1; black where nothing is.
+    albedo: vec3<f32>,
+    /// 1 where something is, else 0.
+    cover: f32,
+    /// Shading normal in the world, on the side of the eye.
+    normal: vec3<f32>,
+    /// Metres from the eye along the camera's axis.
+    depth: f32,
+    /// In the world, metres.
+    position: vec3<f32>,
+    /// 1 + the node's place in the scene, 0 where nothing is.
+    id: u32,
+}
+
+/// What the camera's ray of one sample of a pixel meets.
+fn features(pixel: vec2<u32>, sample: u32) -> Features {
+    var seen: Features;
+    seen.depth = NO_DEPTH;
+    var path = path_start(pixel, sample);
+    while path.alive {
+        let hit = closest_hit(path.o, path.d, path.start);
+        if hit.id == NONE {
+            return seen;
+        }
+        let s = surface_at(hit, path.o, path.d);
+        let material = shapes[s.shape].index.x;
+        path.start = hit.id;
+        if is_cut_out(&path, material) {
+            go_through(&path, s);
+            continue;
+        }
+        let v = vertex_at(s, path.d);
+        let b = bsdf_at(material, v.wo.z, material_choice(&path, material).x);
+        let crossing = boundary_at(b, path.media, v.front);
+        if crossing.hidden {
+            path.media = crossing.beyond;
+            go_through(&path, s);
+            continue;
+        }
+        let emitted = light_eval(s.shape, -dot(s.ng, path.d));
+        seen.albedo = min(bsdf_colour(b) + emitted, vec3<f32>(1.0));
+        seen.cover = 1.0;
+        seen.normal = v.frame.z;
+        seen.depth = dot(params.camera_eye.xyz - s.p, params.camera_z.xyz);
+        seen.position = s.p;
+        seen.id = shapes[s.shape].index.w + 1u;
+        return seen;
+    }
+    return seen;
+}
+
+/// Several samples of a pixel. Colours and normals are summed; depth, position and id are those of the pixel's first
+/// sample, so that they belong together.
+struct FeatureSum {
+    /// w: how many samples met something.
+    albedo: vec4<f32>,
+    /// w: depth.
+    normal: vec4<f32>,
+    /// w: id, a whole number.
+    position: vec4<f32>,
+}
+
+/// `sum` and one sample more.
+fn features_add(sum: FeatureSum, pixel: vec2<u32>, sample: u32) -> FeatureSum {
+    let seen = features(pixel, sample);
+    var next = sum;
+    next.albedo += vec4<f32>(seen.albedo, seen.cover);
+    next.normal += vec4<f32>(seen.normal, 0.0);
+    if sample == 0u {
+        next.normal.w = seen.depth;
+        next.position = vec4<f32>(seen.position, f32(seen.id));
+    }
+    return next;
+}
