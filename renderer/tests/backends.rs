@@ -47,3 +47,18 @@ fn both_see_the_same_surfaces() {
     let off = (0..count).filter(apart).count();
     assert!(off * 1000 <= count, "{off} of {count} normals differ");
 }
+
+/// However many paths a thread shades at once, the film has the same bits.
+#[test]
+fn cpu_widths() {
+    let world = suite::all_kinds();
+    let film = |width: Width| {
+        let cpu = Cpu::new(0).expect("threads start").with_width(width);
+        Renderer::new(Box::new(cpu)).render(&world, &()).expect("the world renders")
+    };
+    let one = film(Width::One);
+    for width in [Width::Eight, Width::Sixteen].into_iter().filter(|width| width.is_here()) {
+        let many = film(width);
+        assert!(many == one, "{width:?} shows another picture");
+    }
+}
