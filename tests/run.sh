@@ -1,12 +1,12 @@
 #!/bin/sh
-# Runs every test. Installs what they need beside Rust and a C compiler: a Vulkan driver that computes on the CPU, which
-# serves as the GPU, and for the viewer a display that exists in memory alone and the libraries of X that a window loads.
+# Runs every test. Installs what they need beside Rust and a C compiler: drivers of Vulkan and OpenGL that compute on the
+# CPU, which serve as GPUs, and for the viewer a display that exists in memory alone and the libraries of X that a window loads.
 set -eu
 cd "$(dirname "$0")/.."
 
 if command -v apt-get > /dev/null; then
     missing=""
-    for package in mesa-vulkan-drivers xvfb libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2; do
+    for package in mesa-vulkan-drivers libegl1 libgl1-mesa-dri libgles2 xvfb libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2; do
         dpkg -s "$package" > /dev/null 2>&1 || missing="$missing $package"
     done
     if [ -n "$missing" ]; then

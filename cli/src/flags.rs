@@ -36,7 +36,7 @@ pub use picture::*;
 
 #[cfg(feature = "render")]
 mod picture {
-    use kinora_renderer::{Backend, BackendError, Choice};
+    use kinora_renderer::{Backend, BackendError, Choice, Options, gpu::Api};
 
     use super::SceneFlags;
     use crate::session::Changes;
@@ -74,6 +74,23 @@ mod picture {
         Gpu,
         /// The CPU
         Cpu,
+        /// Any GPU, through Vulkan
+        Vulkan,
+        /// Any GPU, through Metal
+        Metal,
+        /// Any GPU, through Direct3D 12
+        Dx12,
+        /// Any GPU, through OpenGL
+        Gl,
+    }
+
+    /// Whether the shaders of a GPU check every access to memory: as `KINORA_GPU_CHECKS` says, else in debug builds.
+    pub fn gpu_checks() -> bool {
+        match std::env::var("KINORA_GPU_CHECKS").as_deref() {
+            Ok("1") => true,
+            Ok("0") => false,
+            _ => Options::default().checks,
+        }
     }
 
     impl PictureFlags {
@@ -86,8 +103,12 @@ mod picture {
                 BackendName::Auto => Choice::Auto,
                 BackendName::Gpu => Choice::Gpu,
                 BackendName::Cpu => Choice::Cpu,
+                BackendName::Vulkan => Choice::Api(Api::Vulkan),
+                BackendName::Metal => Choice::Api(Api::Metal),
+                BackendName::Dx12 => Choice::Api(Api::Dx12),
+                BackendName::Gl => Choice::Api(Api::Gl),
             };
-            kinora_renderer::open(choice, self.threads)
+            kinora_renderer::open(choice, Options { threads: self.threads, checks: gpu_checks() })
         }
     }
 

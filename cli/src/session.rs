@@ -206,7 +206,10 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
     use kinora_renderer::PackError;
     let code = match error {
         PackError::Coordinates { .. } => "E0401",
-        PackError::TooMany { .. } | PackError::TooDeep { .. } | PackError::Materials { .. } => "E1004",
+        PackError::TooMany { .. }
+        | PackError::TooDeep { .. }
+        | PackError::Materials { .. }
+        | PackError::Emitters { .. } => "E1004",
     };
     Diagnostic::new(code, error.to_string())
 }

@@ -141,7 +141,16 @@ fn facts_for_a_bug_report() {
     let ran = Folder::new().run("info --json").check(0, &[]);
     let info: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!(info["version"], env!("CARGO_PKG_VERSION"));
-    assert!(info["adapters"].is_array() && info["threads"].as_u64() > Some(0));
+    assert!(info["threads"].as_u64() > Some(0));
+    // The CPU and every GPU that there is show the right picture.
+    let adapters = info["adapters"].as_array().unwrap();
+    for device in adapters.iter().chain([&info]) {
+        assert_eq!(device["self_test"]["ok"], true, "{device}");
+        assert!(device["self_test"]["off"].as_f64().unwrap() < 0.02);
+    }
+    assert_eq!(info["problems"], serde_json::json!([]));
+    let ran = Folder::new().run("info").check(0, &[]);
+    assert_eq!(ran.out.matches("self-test ok").count(), 1 + adapters.len(), "{}", ran.out);
 }
 
 #[test]

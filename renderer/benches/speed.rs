@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use glam::{DAffine3, DVec3, Vec3};
 use kinora_renderer::suite::{add, diffuse, emitter, glass, metal, quad, view, world};
-use kinora_renderer::{Choice, Renderer, open};
+use kinora_renderer::{Choice, Options, Renderer, open};
 use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Shape, Sky, Still, World};
 
 fn matt(color: Color) -> Material<Still> {
@@ -82,7 +82,7 @@ fn materials() -> World {
 fn main() {
     let gpu = std::env::args().any(|arg| arg == "gpu");
     let choice = if gpu { Choice::Gpu } else { Choice::Cpu };
-    let mut renderer = Renderer::new(open(choice, 0).expect("the backend opens"));
+    let mut renderer = Renderer::new(open(choice, Options::default()).expect("the backend opens"));
     println!("| scene, {} | build s | Msamples/s | Mrays/s |", renderer.backend().device());
     println!("| --- | --- | --- | --- |");
     for (name, world) in [("Cornell box", cornell()), ("1M triangles", million()), ("all materials", materials())] {

@@ -3,7 +3,9 @@
 use std::{fmt, ops::Range, sync::Arc};
 
 use glam::Vec4;
-use kinora_kernel::Packed;
+use kinora_kernel::{Invalid, Packed};
+
+use crate::gpu::{Api, Demand, Gpu};
 
 use crate::film::Survey;
 
@@ -70,6 +72,15 @@ pub enum BackendError {
         /// The device.
         adapter: String,
     },
+    /// The device lacks something that the kernel needs.
+    Unfit {
+        /// The device.
+        adapter: String,
+        /// What it lacks.
+        demand: Demand,
+    },
+    /// The arrays of a scene contradict each other: a fault of the program.
+    Invalid(Invalid),
     /// The device stopped working, or refused the work.
     Device(String),
     /// The threads could not be started.
@@ -91,6 +102,10 @@ impl fmt::Display for BackendError {
                     mib(*limit)
                 )
             }
+            BackendError::Unfit { adapter, demand: Demand { what, needed, allowed } } => {
+                write!(f, "{adapter} cannot run the kernel: {needed} {what} are needed, it has {allowed}")
+            }
+            BackendError::Invalid(invalid) => write!(f, "the packed scene is wrong: {invalid}"),
             BackendError::Device(message) => write!(f, "the GPU stopped working: {message}"),
             BackendError::Threads(message) => write!(f, "cannot start the threads: {message}"),
             BackendError::Nothing => write!(f, "there is no scene to trace"),
@@ -106,23 +121,42 @@ pub enum Choice {
     /// A hardware GPU if there is one, else the CPU.
     #[default]
     Auto,
-    /// Any GPU, also one in software.
+    /// The best GPU, also one in software.
     Gpu,
+    /// The best GPU that this API reaches, also one in software.
+    Api(Api),
     /// The CPU.
     Cpu,
 }
 
-/// Opens a backend; `threads` for the CPU, 0 for one a core.
+/// How a backend is set up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Of the CPU; 0 for one a core.
+    pub threads: usize,
+    /// Whether a GPU's shaders check every access to memory: slower, for finding faults of the kernel.
+    pub checks: bool,
+}
+
+/// Checks in debug builds.
+impl Default for Options {
+    fn default() -> Self {
+        Self { threads: 0, checks: cfg!(debug_assertions) }
+    }
+}
+
+/// Opens a backend.
 ///
 /// # Errors
 /// The device is not there or does not start.
-pub fn open(choice: Choice, threads: usize) -> Result<Box<dyn Backend>, BackendError> {
+pub fn open(choice: Choice, options: Options) -> Result<Box<dyn Backend>, BackendError> {
+    let Options { threads, checks } = options;
+    let cpu = || Ok(Box::new(crate::cpu::Cpu::new(threads)?) as Box<dyn Backend>);
+    let gpu = |gpu: Result<Gpu, BackendError>| Ok(Box::new(gpu?) as Box<dyn Backend>);
     match choice {
-        Choice::Cpu => Ok(Box::new(crate::cpu::Cpu::new(threads)?)),
-        Choice::Gpu => Ok(Box::new(crate::gpu::Gpu::any()?)),
-        Choice::Auto => match crate::gpu::Gpu::hardware() {
-            Ok(gpu) => Ok(Box::new(gpu)),
-            Err(_) => Ok(Box::new(crate::cpu::Cpu::new(threads)?)),
-        },
+        Choice::Cpu => cpu(),
+        Choice::Gpu => gpu(Gpu::any(None, checks)),
+        Choice::Api(api) => gpu(Gpu::any(Some(api), checks)),
+        Choice::Auto => gpu(Gpu::hardware(checks)).or_else(|_| cpu()),
     }
 }

@@ -12,11 +12,13 @@ mod film;
 pub mod gpu;
 mod pack;
 mod render;
+mod self_test;
 pub mod suite;
 mod wires;
 
-pub use backend::{Backend, BackendError, Choice, Control, open};
+pub use backend::{Backend, BackendError, Choice, Control, Options, open};
 pub use develop::{Image, develop, measure};
 pub use film::{Film, Request, Seen, Survey, TooLarge, Window};
 pub use pack::{PackError, pack};
 pub use render::{RenderError, Renderer};
+pub use self_test::{SELF_TEST_TOLERANCE, self_test};

@@ -1,6 +1,6 @@
 //! The suite that every backend passes: small worlds with answers known in closed form, and what a [`Backend`] promises.
 //!
-//! A test of a backend is one line: `kinora_renderer::suite::run(|| Box::new(MyBackend::new()))`. A failure is a panic
+//! A test of a backend is one line: `kinora_renderer::suite::run(Box::new(MyBackend::new()))`. A failure is a panic
 //! that names the case; this module is for tests alone.
 
 use std::f64::consts::PI;
@@ -17,25 +17,25 @@ use crate::film::{Film, Request, Seen, Window};
 use crate::pack::pack;
 use crate::render::{RenderError, Renderer};
 
-/// Opens a fresh backend.
-pub type Open = dyn Fn() -> Box<dyn Backend>;
-
-/// Runs every case.
+/// Runs every case on one backend that was just opened, one after the other: what a case leaves behind must not matter.
 ///
 /// # Panics
 /// A case fails.
-pub fn run(open: &Open) {
+pub fn run(mut backend: Box<dyn Backend>) {
+    println!("suite on {}: trace without a scene is an error", backend.device());
+    assert_eq!(backend.trace(0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(backend.survey(0..1, &()), Err(BackendError::Nothing));
+    let mut renderer = Renderer::new(backend);
     for (name, case) in CASES {
         println!("suite: {name}");
-        case(open);
+        case(&mut renderer);
     }
 }
 
-type Case = fn(&Open);
+type Case = fn(&mut Renderer);
 
 /// Every case by name.
 pub const CASES: &[(&str, Case)] = &[
-    ("trace without a scene is an error", nothing_uploaded),
     ("the same samples give the same bits", deterministic),
     ("passes add up to the whole", passes),
     ("a stopped pass changes nothing", stopping),
@@ -143,8 +143,8 @@ fn front() -> View {
     view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.6)
 }
 
-fn trace(open: &Open, world: &World) -> Vec<Vec3> {
-    Renderer::new(open()).render(world, &()).expect("the suite's worlds render").mean()
+fn trace(renderer: &mut Renderer, world: &World) -> Vec<Vec3> {
+    renderer.render(world, &()).expect("the suite's worlds render").mean()
 }
 
 fn mean(pixels: &[Vec3]) -> f64 {
@@ -153,11 +153,6 @@ fn mean(pixels: &[Vec3]) -> f64 {
 
 fn near(case: &str, got: f64, expected: f64, tolerance: f64) {
     assert!((got - expected).abs() <= tolerance, "{case}: {got}, expected {expected} ± {tolerance}");
-}
-
-fn nothing_uploaded(open: &Open) {
-    assert_eq!(open().trace(0..1, &()), Err(BackendError::Nothing));
-    assert_eq!(open().survey(0..1, &()), Err(BackendError::Nothing));
 }
 
 fn some_world() -> World {
@@ -176,17 +171,16 @@ fn some_world() -> World {
     w
 }
 
-fn deterministic(open: &Open) {
+fn deterministic(renderer: &mut Renderer) {
     let w = some_world();
-    assert!(trace(open, &w) == trace(open, &w), "two renders of one world differ");
+    assert!(trace(renderer, &w) == trace(renderer, &w), "two renders of one world differ");
     let seeded = World { render: Render { seed: 1, ..w.render.clone() }, ..w.clone() };
-    assert!(trace(open, &w) != trace(open, &seeded), "the seed changes nothing");
+    assert!(trace(renderer, &w) != trace(renderer, &seeded), "the seed changes nothing");
 }
 
-fn passes(open: &Open) {
+fn passes(renderer: &mut Renderer) {
     let w = some_world();
-    let whole = trace(open, &w);
-    let mut renderer = Renderer::new(open());
+    let whole = trace(renderer, &w);
     let mut film = renderer.load(&w).expect("loads");
     while renderer.trace_pass(&mut film, w.render.samples, &()).expect("traces") {}
     assert_eq!(film.samples(), w.render.samples);
@@ -194,65 +188,64 @@ fn passes(open: &Open) {
     assert!(film.mean() == whole, "passes one by one differ from a whole render");
 }
 
-fn stopping(open: &Open) {
+fn stopping(renderer: &mut Renderer) {
     let w = some_world();
-    let mut renderer = Renderer::new(open());
     let mut film = renderer.load(&w).expect("loads");
     assert!(!renderer.trace_pass(&mut film, 40, &|_| false).expect("stops"));
     assert_eq!(film.samples(), 0);
     while renderer.trace_pass(&mut film, 40, &()).expect("traces") {}
-    assert!(film.mean() == trace(open, &w), "a stopped pass left a trace");
+    assert!(film.mean() == trace(renderer, &w), "a stopped pass left a trace");
 }
 
-fn empty_world(open: &Open) {
+fn empty_world(renderer: &mut Renderer) {
     let mut w = world([8, 8], 1, front());
-    assert_eq!(mean(&trace(open, &w)), 0.0);
+    assert_eq!(mean(&trace(renderer, &w)), 0.0);
     w.sky = white_sky();
-    assert!(trace(open, &w).iter().all(|p| *p == Vec3::ONE));
+    assert!(trace(renderer, &w).iter().all(|p| *p == Vec3::ONE));
     w.sky = w.sky.map(|sky| Sky { visible: false, ..sky });
-    assert_eq!(mean(&trace(open, &w)), 0.0, "a hidden sky is seen");
+    assert_eq!(mean(&trace(renderer, &w)), 0.0, "a hidden sky is seen");
 }
 
 // A surface that keeps all light cannot be seen in a uniform world.
-fn furnace(open: &Open, case: &str, shape: Shape<Still>, material: Material<Still>, tolerance: f64) {
+fn furnace(renderer: &mut Renderer, case: &str, shape: Shape<Still>, material: Material<Still>, tolerance: f64) {
     let mut w = world([24, 24], 64, front());
     w.render.max_bounces = 32;
     w.sky = white_sky();
     add(&mut w, shape, at(0.0, 0.0, 0.0), material);
-    let pixels = trace(open, &w);
+    let pixels = trace(renderer, &w);
     near(case, mean(&pixels), 1.0, tolerance);
     let worst = pixels.iter().map(|p| (p.x - 1.0).abs()).fold(0.0, f32::max);
     assert!(worst < 0.3, "{case}: a pixel is off by {worst}");
 }
 
-fn furnace_diffuse(open: &Open) {
+fn furnace_diffuse(renderer: &mut Renderer) {
     for roughness in [0.0, 0.3, 1.0] {
         let case = format!("EON of roughness {roughness}");
-        furnace(open, &case, Shape::Sphere { radius_m: 1.0 }, diffuse(1.0, roughness), 0.003);
+        furnace(renderer, &case, Shape::Sphere { radius_m: 1.0 }, diffuse(1.0, roughness), 0.003);
     }
 }
 
-fn furnace_glass(open: &Open) {
+fn furnace_glass(renderer: &mut Renderer) {
     for ior in [1.0, 1.05, 1.5, 2.4] {
         let clear = || glass(ior, Color::ONE, f64::INFINITY);
-        furnace(open, &format!("a glass sphere of ior {ior}"), Shape::Sphere { radius_m: 1.0 }, clear(), 0.003);
-        furnace(open, &format!("a glass box of ior {ior}"), Shape::Box { size_m: DVec3::ONE }, clear(), 0.005);
+        furnace(renderer, &format!("a glass sphere of ior {ior}"), Shape::Sphere { radius_m: 1.0 }, clear(), 0.003);
+        furnace(renderer, &format!("a glass box of ior {ior}"), Shape::Box { size_m: DVec3::ONE }, clear(), 0.005);
     }
 }
 
-fn furnace_mirror(open: &Open) {
+fn furnace_mirror(renderer: &mut Renderer) {
     let mirror = metal(Color::ONE, 0.0);
-    furnace(open, "a mirror", Shape::Sphere { radius_m: 1.0 }, mirror, 1e-4);
+    furnace(renderer, "a mirror", Shape::Sphere { radius_m: 1.0 }, mirror, 1e-4);
 }
 
 // Straight through the centre: 0.96² t / (1 − 0.04² t²), t the colour after the diameter.
-fn absorption(open: &Open) {
+fn absorption(renderer: &mut Renderer) {
     let mut w = world([1, 1], 4096, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.001));
     w.sky = white_sky();
     w.render.max_bounces = 64;
     let glass = glass(1.5, Color::new(0.5, 0.25, 1.0), 1.0);
     add(&mut w, Shape::Sphere { radius_m: 1.0 }, at(0.0, 0.0, 0.0), glass);
-    let pixel = trace(open, &w)[0];
+    let pixel = trace(renderer, &w)[0];
     for (channel, colour) in [(pixel.x, 0.5_f64), (pixel.y, 0.25), (pixel.z, 1.0)] {
         let t = colour * colour;
         // What is reflected shows the sky too: 0.04 first, and 0.96² · 0.04 t² / (1 − 0.04² t²) from inside.
@@ -272,33 +265,33 @@ fn lit_floor(lamp: impl FnOnce(&mut World)) -> World {
     w
 }
 
-fn square_lamp(open: &Open) {
+fn square_lamp(renderer: &mut Renderer) {
     for (case, emission) in [("radiance", Emission::Radiance(3.0)), ("power", Emission::Power(3.0 * PI))] {
         let w = lit_floor(|w| add(w, quad(DVec3::NEG_Y, 1.0, 1.0), at(0.0, 1.0, 0.0), emitter(emission)));
-        near(case, mean(&trace(open, &w)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.003);
+        near(case, mean(&trace(renderer, &w)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.003);
     }
     let away = lit_floor(|w| add(w, quad(DVec3::Y, 1.0, 1.0), at(0.0, 1.0, 0.0), emitter(Emission::Radiance(3.0))));
-    assert_eq!(mean(&trace(open, &away)), 0.0, "a lamp shines to its back");
+    assert_eq!(mean(&trace(renderer, &away)), 0.0, "a lamp shines to its back");
 }
 
-fn lamp_shapes(open: &Open) {
+fn lamp_shapes(renderer: &mut Renderer) {
     // A sphere of radius R at height d over the floor: π (R / d)².
     let sphere =
         lit_floor(|w| add(w, Shape::Sphere { radius_m: 0.5 }, at(0.0, 2.0, 0.0), emitter(Emission::Radiance(4.0))));
-    near("sphere", mean(&trace(open, &sphere)), 0.5 * 4.0 * 0.0625, 0.002);
+    near("sphere", mean(&trace(renderer, &sphere)), 0.5 * 4.0 * 0.0625, 0.002);
     // The same sphere, with its size in the transform, and turned.
     let place =
         at(0.0, 2.0, 0.0) * DAffine3::from_quat(DQuat::from_rotation_z(1.0)) * DAffine3::from_scale(DVec3::splat(-0.5));
     let scaled = lit_floor(|w| add(w, Shape::Sphere { radius_m: 1.0 }, place, emitter(Emission::Power(4.0 * PI * PI))));
-    near("scaled sphere of a power", mean(&trace(open, &scaled)), 0.5 * 4.0 * 0.0625, 0.002);
+    near("scaled sphere of a power", mean(&trace(renderer, &scaled)), 0.5 * 4.0 * 0.0625, 0.002);
     // An ellipsoid shows the floor the solid angle of its outline: an ellipse seen from below, far away.
     let flat = at(0.0, 100.0, 0.0) * DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.0));
     let ellipsoid = lit_floor(|w| add(w, Shape::Sphere { radius_m: 1.0 }, flat, emitter(Emission::Radiance(3e4))));
-    near("ellipsoid", mean(&trace(open, &ellipsoid)), 0.5 * 3e4 * 2.0 / (100.0 * 100.0), 0.03);
+    near("ellipsoid", mean(&trace(renderer, &ellipsoid)), 0.5 * 3e4 * 2.0 / (100.0 * 100.0), 0.03);
     // A box shows its lower face alone.
     let lamp = Shape::Box { size_m: DVec3::new(1.0, 0.2, 1.0) };
     let boxed = lit_floor(|w| add(w, lamp, at(0.0, 1.1, 0.0), emitter(Emission::Radiance(3.0))));
-    near("box", mean(&trace(open, &boxed)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.004);
+    near("box", mean(&trace(renderer, &boxed)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.004);
     // The square again, as two triangles of a mirrored mesh.
     let mesh = Mesh {
         positions: [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
@@ -308,17 +301,17 @@ fn lamp_shapes(open: &Open) {
     for (name, scale) in [("mesh", DVec3::ONE), ("mirrored mesh", DVec3::new(-1.0, 1.0, 1.0))] {
         let place = at(0.0, 1.0, 0.0) * DAffine3::from_scale(scale);
         let w = lit_floor(|w| add(w, Shape::Mesh(Arc::new(mesh.clone())), place, emitter(Emission::Radiance(3.0))));
-        near(name, mean(&trace(open, &w)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.004);
+        near(name, mean(&trace(renderer, &w)), 0.5 * 3.0 * UNIT_SQUARE / PI, 0.004);
     }
 }
 
 // All walls emit 1 and reflect nothing; a ball inside reflects half of it, whatever its shape.
-fn closed_room(open: &Open) {
+fn closed_room(renderer: &mut Renderer) {
     let mut w = world([16, 16], 64, view(DVec3::new(0.0, 0.0, 1.5), DVec3::ZERO, 0.5));
     let lit = Bsdf::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true }.into();
     add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit);
     add(&mut w, Shape::Sphere { radius_m: 0.9 }, DAffine3::IDENTITY, diffuse(0.5, 0.0));
-    let ball: Vec<Vec3> = trace(open, &w)
+    let ball: Vec<Vec3> = trace(renderer, &w)
         .iter()
         .enumerate()
         .filter(|(i, _)| i % 16 > 4 && i % 16 < 12 && i / 16 > 4 && i / 16 < 12)
@@ -327,7 +320,7 @@ fn closed_room(open: &Open) {
     near("a ball in a closed room", mean(&ball), 0.5, 0.004);
 }
 
-fn bounces(open: &Open) {
+fn bounces(renderer: &mut Renderer) {
     // Under a sky, a floor shows rho once it may scatter, and nothing before.
     let mut w = world([4, 4], 64, view(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, 0.3));
     w.sky = white_sky();
@@ -335,7 +328,7 @@ fn bounces(open: &Open) {
     add(&mut w, quad(DVec3::Y, 1e3, 1e3), DAffine3::IDENTITY, diffuse(0.5, 0.0));
     for (max_bounces, expected) in [(0, 0.0), (1, 0.5), (5, 0.5)] {
         w.render.max_bounces = max_bounces;
-        near(&format!("{max_bounces} bounces"), mean(&trace(open, &w)), expected, 1e-3);
+        near(&format!("{max_bounces} bounces"), mean(&trace(renderer, &w)), expected, 1e-3);
     }
     // In a furnace of rho 0.5 that emits by a lamp of the sky's kind: a glass box takes two bounces to look through.
     let mut w = world([4, 4], 64, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.01));
@@ -344,42 +337,42 @@ fn bounces(open: &Open) {
     add(&mut w, Shape::Box { size_m: DVec3::ONE }, DAffine3::IDENTITY, air);
     for (max_bounces, expected) in [(0, 0.0), (1, 0.0), (2, 1.0)] {
         w.render.max_bounces = max_bounces;
-        near(&format!("glass, {max_bounces} bounces"), mean(&trace(open, &w)), expected, 1e-3);
+        near(&format!("glass, {max_bounces} bounces"), mean(&trace(renderer, &w)), expected, 1e-3);
     }
 }
 
 // Pixel (0, 0) is top left; x runs to the right.
-fn camera_axes(open: &Open) {
+fn camera_axes(renderer: &mut Renderer) {
     let mut w = world([8, 4], 16, front());
     for (x, y, color) in [(1.5, 0.75, Color::X), (-1.5, 0.75, Color::Y), (1.5, -0.75, Color::Z)] {
         let lamp = Bsdf::Emitter { color, emission: Emission::Radiance(1.0), two_sided: false }.into();
         add(&mut w, quad(DVec3::Z, 3.0, 1.5), at(x, y, 0.0), lamp);
     }
-    let pixels = trace(open, &w);
+    let pixels = trace(renderer, &w);
     assert_eq!([pixels[1], pixels[6], pixels[30], pixels[25]], [Vec3::Y, Vec3::X, Vec3::Z, Vec3::ZERO]);
 }
 
-fn odd_size(open: &Open) {
+fn odd_size(renderer: &mut Renderer) {
     for size in [[1, 1], [1, 37], [33, 17]] {
         let mut w = world(size, 3, front());
         w.sky = white_sky();
-        let pixels = trace(open, &w);
+        let pixels = trace(renderer, &w);
         assert_eq!(pixels.len(), (size[0] * size[1]) as usize);
         assert!(pixels.iter().all(|p| *p == Vec3::ONE), "{size:?} has gaps");
     }
     pack(&world([16384, 16384], 1, front())).expect("the largest picture packs");
 }
 
-fn survey(open: &Open, world: &World) -> Film {
+fn survey(renderer: &mut Renderer, world: &World) -> Film {
     let request = Request { crop: None, layers: true };
-    Renderer::new(open()).render_for(world, &request, &()).expect("the suite's worlds render")
+    renderer.render_for(world, &request, &()).expect("the suite's worlds render")
 }
 
 fn seen(film: &Film, x: usize, y: usize) -> Seen {
     film.seen(y * film.size()[0] as usize + x).expect("layers were asked for")
 }
 
-fn layers(open: &Open) {
+fn layers(renderer: &mut Renderer) {
     let mut w = world([9, 9], 20, front());
     w.render.view = Shown::Albedo;
     let gold = metal(Color::new(1.0, 0.8, 0.25), 0.5);
@@ -393,7 +386,7 @@ fn layers(open: &Open) {
     w.materials.push(diffuse(0.5, 0.0));
     let base = w.materials.len() - 1;
     add(&mut w, quad(DVec3::NEG_Z, 9.0, 9.0), at(0.0, 0.0, -2.0), coated(0.0)(base));
-    let film = survey(open, &w);
+    let film = survey(renderer, &w);
     assert_eq!((film.rays(), film.samples()), (0, 20), "a picture of colours traces light");
     let fresnel = 0.04;
     for (x, id, depth, albedo) in
@@ -411,12 +404,12 @@ fn layers(open: &Open) {
     let expected = fresnel + (1.0 - fresnel) * 0.5;
     assert!((back.albedo.x - expected).abs() < 3e-3, "{back:?}, expected {expected}");
     // Nothing is where nothing is.
-    let empty = seen(&survey(open, &world([2, 2], 3, front())), 1, 1);
+    let empty = seen(&survey(renderer, &world([2, 2], 3, front())), 1, 1);
     assert_eq!((empty.id, empty.depth, empty.cover, empty.normal), (0, 1e10, 0.0, Vec3::ZERO));
 }
 
 // A quad that a quarter of the rays meet, before one of two colours.
-fn layers_pass(open: &Open) {
+fn layers_pass(renderer: &mut Renderer) {
     let mut w = world([1, 1], 4096, view(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.01));
     let half = Material { opacity: 0.25, ..diffuse(1.0, 0.0) };
     add(&mut w, quad(DVec3::Z, 4.0, 4.0), at(0.0, 0.0, 1.0), half);
@@ -424,7 +417,7 @@ fn layers_pass(open: &Open) {
     w.materials.extend([diffuse(0.8, 0.0), diffuse(0.2, 0.0)]);
     let mixed = both(w.materials.len() - 2);
     add(&mut w, quad(DVec3::Z, 4.0, 4.0), at(0.0, 0.0, 0.0), mixed);
-    let s = seen(&survey(open, &w), 0, 0);
+    let s = seen(&survey(renderer, &w), 0, 0);
     near("albedo behind a cut-out", f64::from(s.albedo.x), 0.25 + 0.75 * (0.75 * 0.8 + 0.25 * 0.2), 0.02);
     assert_eq!(s.cover, 1.0);
     assert!(s.id == 1 && s.depth == 3.0 || s.id == 2 && s.depth == 4.0, "{s:?}");
@@ -446,9 +439,9 @@ pub fn all_kinds() -> World {
     w
 }
 
-fn windows(open: &Open) {
+fn windows(renderer: &mut Renderer) {
     let w = all_kinds();
-    let whole = survey(open, &w);
+    let whole = survey(renderer, &w);
     let light = whole.mean();
     for window in [
         Window { left: 0, top: 0, width: 40, height: 24 },
@@ -457,7 +450,7 @@ fn windows(open: &Open) {
         Window { left: 13, top: 0, width: 3, height: 2 },
     ] {
         let request = Request { crop: Some(window), layers: true };
-        let film = Renderer::new(open()).render_for(&w, &request, &()).expect("a part renders");
+        let film = renderer.render_for(&w, &request, &()).expect("a part renders");
         let part = film.mean();
         assert_eq!((film.size(), film.picture()), ([window.width, window.height], [40, 24]));
         for y in 0..window.height {
@@ -469,17 +462,17 @@ fn windows(open: &Open) {
         }
     }
     let outside = Request { crop: Some(Window { left: 30, top: 0, width: 11, height: 1 }), layers: false };
-    let refused = Renderer::new(open()).render_for(&w, &outside, &());
+    let refused = renderer.render_for(&w, &outside, &());
     assert!(matches!(refused, Err(RenderError::Outside { .. })), "a window outside of the picture");
 }
 
-fn transparent(open: &Open) {
+fn transparent(renderer: &mut Renderer) {
     let mut w = world([8, 8], 64, front());
     w.sky = white_sky();
     w.render.background = Background::Transparent;
     // The left half, whose light comes from a sky that the camera does not see.
     add(&mut w, quad(DVec3::Z, 4.0, 4.0), at(-2.0, 0.0, 0.0), diffuse(0.5, 0.0));
-    let film = Renderer::new(open()).render(&w, &()).expect("renders");
+    let film = renderer.render(&w, &()).expect("renders");
     let light = film.mean();
     for (i, light) in light.iter().enumerate() {
         let cover = film.seen(i).expect("alpha needs it").cover;

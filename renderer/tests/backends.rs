@@ -1,32 +1,76 @@
-//! Every backend passes the same suite.
+//! Every backend passes the same suite; a GPU through each API that computes on this system.
 
-use kinora_renderer::backend::{Backend, BackendError};
-use kinora_renderer::{Film, Renderer, Request, cpu::Cpu, gpu::Gpu, suite};
+use kinora_renderer::gpu::{Api, adapters_of};
+use kinora_renderer::{Backend, Film, Renderer, Request};
+use kinora_renderer::{BackendError, Choice, Options, SELF_TEST_TOLERANCE, open, self_test, suite};
+
+fn without_gpu() -> bool {
+    std::env::var_os("KINORA_NO_GPU").is_some_and(|v| v == "1")
+}
+
+fn check(choice: Choice, packages: &str) {
+    let backend = |checks| open(choice, Options { checks, ..Options::default() });
+    match backend(true) {
+        Ok(backend) => suite::run(backend),
+        Err(BackendError::NoAdapter) if without_gpu() => return,
+        Err(error) => panic!("{choice:?}: {error}; install Mesa's {packages}, or set KINORA_NO_GPU=1"),
+    }
+    // What the checks look for is not there: without them the picture is the same.
+    let [with, without] = [true, false].map(|checks| {
+        let backend = backend(checks).expect("it opens again");
+        self_test(backend).expect("the self-test runs")
+    });
+    assert!(with > 0.0 && with < SELF_TEST_TOLERANCE, "{choice:?}: {with}");
+    assert_eq!(with, without, "{choice:?}");
+}
 
 #[test]
 fn cpu() {
-    suite::run(&|| Box::new(Cpu::new(0).expect("threads start")) as Box<dyn Backend>);
+    check(Choice::Cpu, "");
 }
 
 #[test]
 fn gpu() {
-    match Gpu::any() {
-        Ok(_) => suite::run(&|| Box::new(Gpu::any().expect("the GPU opens again")) as Box<dyn Backend>),
-        Err(BackendError::NoAdapter) if std::env::var_os("KINORA_NO_GPU").is_some_and(|v| v == "1") => {}
-        Err(error) => panic!("{error}; install Mesa's mesa-vulkan-drivers, or set KINORA_NO_GPU=1"),
+    check(Choice::Gpu, "mesa-vulkan-drivers");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn opengl() {
+    check(Choice::Api(Api::Gl), "libegl1 and libgl1-mesa-dri");
+}
+
+#[test]
+fn an_api_of_another_system() {
+    let foreign = if cfg!(target_os = "macos") { Api::Dx12 } else { Api::Metal };
+    assert!(adapters_of(foreign).is_empty());
+    assert_eq!(open(Choice::Api(foreign), Options::default()).err(), Some(BackendError::NoAdapter));
+}
+
+#[test]
+fn every_adapter_says_what_it_lacks() {
+    for adapter in Api::ALL.into_iter().flat_map(adapters_of) {
+        let lacks = adapter.demands().iter().any(|demand| demand.needed > demand.allowed);
+        assert_eq!(adapter.check().is_err(), lacks, "{}", adapter.label());
+        assert!(adapter.max_array_bytes() >= 1 << 20, "{}", adapter.label());
     }
 }
 
 #[test]
 fn both_see_the_same_surfaces() {
-    let Ok(gpu) = Gpu::any() else { return };
+    let opened = |choice| open(choice, Options::default());
+    let gpu = match opened(Choice::Gpu) {
+        Ok(gpu) => gpu,
+        Err(BackendError::NoAdapter) if without_gpu() => return,
+        Err(error) => panic!("{error}"),
+    };
     let mut world = suite::all_kinds();
     world.render.resolution = [160, 96];
     let survey = |backend: Box<dyn Backend>| -> Film {
         let request = Request { crop: None, layers: true };
         Renderer::new(backend).render_for(&world, &request, &()).expect("renders")
     };
-    let (cpu, gpu) = (survey(Box::new(Cpu::new(0).expect("threads start"))), survey(Box::new(gpu)));
+    let (cpu, gpu) = (survey(opened(Choice::Cpu).expect("threads start")), survey(gpu));
     let count = 160 * 96;
     let mut same = 0;
     for i in 0..count {

@@ -59,12 +59,12 @@ pub fn world(text: &str) -> kinora_scene::World {
     }
 }
 
-/// Linear radiance of a frame on a backend, row by row from the top.
+/// A frame on a backend.
 ///
 /// # Panics
 /// The frame cannot be made.
-pub fn render(scene: &kinora_scene::Scene, frame: i64, choice: kinora_renderer::Choice) -> Vec<glam::Vec3> {
+pub fn render(scene: &kinora_scene::Scene, frame: i64, choice: kinora_renderer::Choice) -> kinora_renderer::Film {
     let world = kinora_animator::sample(scene, scene.clock.shutter_of(frame)).expect("the frame has a world");
-    let backend = kinora_renderer::open(choice, 0).expect("the backend opens");
-    kinora_renderer::Renderer::new(backend).render(&world, &()).expect("the world renders").mean()
+    let backend = kinora_renderer::open(choice, kinora_renderer::Options::default()).expect("the backend opens");
+    kinora_renderer::Renderer::new(backend).render(&world, &()).expect("the world renders")
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec3;
-use kinora_renderer::{Choice, Renderer, open};
+use kinora_renderer::{Choice, Options, Renderer, open};
 use kinora_scene::World;
 
 /// The pixels `[left, top, right, bottom]`, the last two not included.
@@ -44,7 +44,7 @@ impl Kernel {
     /// # Panics
     /// It cannot be opened.
     pub fn open(choice: Choice) -> Kernel {
-        Kernel(Renderer::new(open(choice, 0).expect("the backend opens")))
+        Kernel(Renderer::new(open(choice, Options::default()).expect("the backend opens")))
     }
 
     /// Linear radiance of the world, row by row from the top.

@@ -82,7 +82,8 @@ const DIRECT: &str = "max_bounces: 1, samples: 64";
 fn receiver(normal: DVec3) -> String {
     let quad = format!("normal: ({}, {}, {}), size: (2cm, 2cm)", normal.x, normal.y, normal.z);
     let tangent = normal.any_orthonormal_vector();
-    close_up(DVec3::ZERO, 0.05 * (normal + 0.3 * tangent)) + &format!("quad {{ {quad}, material: diffuse {{ color: grey(0.5) }} }}\n")
+    close_up(DVec3::ZERO, 0.05 * (normal + 0.3 * tangent))
+        + &format!("quad {{ {quad}, material: diffuse {{ color: grey(0.5) }} }}\n")
 }
 
 fn mesh(positions: &[DVec3], indices: &[[usize; 3]], material: &str) -> String {
@@ -102,7 +103,9 @@ const LAMP: &str = "emitter { radiance: 2W/m^2/sr, two_sided: true }";
 #[test]
 fn lamps() {
     let square = |x: f64, y: f64, z: f64| {
-        format!("quad {{ position: ({x}, {y}, {z}), normal: (0, -1, 0), size: (1, 1), material: emitter {{ radiance: 2W/m^2/sr }} }}")
+        format!(
+            "quad {{ position: ({x}, {y}, {z}), normal: (0, -1, 0), size: (1, 1), material: emitter {{ radiance: 2W/m^2/sr }} }}"
+        )
     };
     let mut cases = Vec::new();
     let mut direct = |name: String, normal: DVec3, lamp: String, e: f64, tolerance: f64| {
@@ -189,18 +192,38 @@ fn slabs() {
     ] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let eye = close_up(DVec3::ZERO, 3.0 * DVec3::new(sin, cos, 0.0));
-        let slab = |more: &str| format!("box {{ position: (0, -0.5, 0), size: (1000, 1, 1000), material: dielectric {{ ior: {n}{more} }} }}\n");
+        let slab = |more: &str| {
+            format!(
+                "box {{ position: (0, -0.5, 0), size: (1000, 1, 1000), material: dielectric {{ ior: {n}{more} }} }}\n"
+            )
+        };
         let tint = format!(", attenuation_color: grey({:.9}), attenuation_distance: 50cm", (-0.25_f64).exp());
-        cases.push(case(format!("a slab of {n} at {degrees}"), render, format!("{eye}{lamp}{}", slab("")), clear, EXACT));
-        cases.push(case(format!("a dark slab of {n} at {degrees}"), render, format!("{eye}{lamp}{}", slab(&tint)), tinted, EXACT));
+        cases.push(case(
+            format!("a slab of {n} at {degrees}"),
+            render,
+            format!("{eye}{lamp}{}", slab("")),
+            clear,
+            EXACT,
+        ));
+        cases.push(case(
+            format!("a dark slab of {n} at {degrees}"),
+            render,
+            format!("{eye}{lamp}{}", slab(&tint)),
+            tinted,
+            EXACT,
+        ));
         let r = fresnel(cos, n);
         let t = (-0.5 / (1.0 - (sin / n).powi(2)).sqrt()).exp();
         let back = r + r * (1.0 - r).powi(2) * t * t / (1.0 - r * r * t * t);
         if back > 0.05 {
-            let scene = format!("{eye}sky {{ color: grey(1) }}\nplane {{ position: (0, -2, 0), material: diffuse {{ color: grey(0) }} }}\n{}", slab(&tint));
+            let scene = format!(
+                "{eye}sky {{ color: grey(1) }}\nplane {{ position: (0, -2, 0), material: diffuse {{ color: grey(0) }} }}\n{}",
+                slab(&tint)
+            );
             cases.push(case(format!("a dark slab of {n} reflects at {degrees}"), render, scene, back, EXACT));
         }
-        let sheet = format!("{eye}{lamp}quad {{ size: (1000, 1000), material: dielectric {{ ior: {n}, thin: true }} }}");
+        let sheet =
+            format!("{eye}{lamp}quad {{ size: (1000, 1000), material: dielectric {{ ior: {n}, thin: true }} }}");
         cases.push(case(format!("a sheet of {n} at {degrees}"), render, sheet, clear, EXACT));
     }
     // Through the centre of a ball, straight: 0.96² t / (1 − 0.04² t²).
@@ -213,7 +236,10 @@ fn slabs() {
     cases.push(case("through a ball", render, ball, 0.9216 * t / (1.0 - 0.0016 * t * t), 1e-4));
     // In at one leg of a prism of 45°, all of it off the base, out of the other leg; nothing from behind the base.
     let prism = mesh(
-        &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].iter().flat_map(|&(x, y)| [DVec3::new(x, y, -1.0), DVec3::new(x, y, 1.0)]).collect::<Vec<_>>(),
+        &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+            .iter()
+            .flat_map(|&(x, y)| [DVec3::new(x, y, -1.0), DVec3::new(x, y, 1.0)])
+            .collect::<Vec<_>>(),
         &[[0, 2, 1], [1, 2, 3], [0, 1, 4], [1, 5, 4], [2, 4, 3], [3, 4, 5], [0, 4, 2], [1, 3, 5]],
         "dielectric { }",
     );
@@ -271,7 +297,9 @@ fn furnaces() {
         (0.95, 0.35, ball),
         (1.0, 1.0, ball),
     ] {
-        let material = format!("metal {{ color: grey(1), roughness: {roughness}, anisotropy: {anisotropy}, anisotropy_rotation: 33deg }}");
+        let material = format!(
+            "metal {{ color: grey(1), roughness: {roughness}, anisotropy: {anisotropy}, anisotropy_rotation: 33deg }}"
+        );
         furnace(&material, shape, 64, 64, 0.004);
     }
     for (ior, roughness, shape) in [
@@ -300,18 +328,38 @@ fn furnaces() {
         furnace(&material, "quad { size: (1.5, 1.5), rotation: euler(x: 50deg, y: 20deg, z: 0deg)", 8, 64, 0.004);
         furnace(&material, ball, 64, 64, 0.004);
     }
-    for (ior, roughness, metalness) in [(1.5, 0.0, 0.0), (1.5, 0.35, 0.0), (1.2, 0.8, 0.0), (1.9, 1.0, 0.0), (1.5, 0.35, 0.4), (1.5, 0.8, 1.0)] {
+    for (ior, roughness, metalness) in
+        [(1.5, 0.0, 0.0), (1.5, 0.35, 0.0), (1.2, 0.8, 0.0), (1.9, 1.0, 0.0), (1.5, 0.35, 0.4), (1.5, 0.8, 1.0)]
+    {
         let coat = format!("ior: {ior}, roughness: {roughness}, metalness: {metalness}");
         furnace(&format!("glossy {{ color: grey(1), {coat} }}"), ball, 64, 64, 0.004);
-        furnace(&format!("glossy {{ base: diffuse {{ color: grey(1), roughness: 0.7 }}, {coat} }}"), block, 64, 64, 0.004);
+        furnace(
+            &format!("glossy {{ base: diffuse {{ color: grey(1), roughness: 0.7 }}, {coat} }}"),
+            block,
+            64,
+            64,
+            0.004,
+        );
     }
     furnace("glossy { base: metal { color: grey(1), roughness: 0.6 }, roughness: 0.3 }", ball, 64, 64, 0.006);
     furnace("glossy { base: glossy { color: grey(1), roughness: 0.5 }, roughness: 0.2 }", ball, 64, 64, 0.006);
     furnace("glossy { base: dielectric { ior: 1.4 }, roughness: 0.4 }", ball, 1000, 64, 0.006);
     furnace("mix(diffuse { color: grey(1), roughness: 0.5 }, dielectric { }, amount: 0.6)", ball, 1000, 64, 0.002);
-    furnace("mix(glossy { color: grey(1) }, metal { color: grey(1), roughness: 0.7 }, amount: 0.3)", ring, 64, 64, 0.005);
+    furnace(
+        "mix(glossy { color: grey(1) }, metal { color: grey(1), roughness: 0.7 }, amount: 0.3)",
+        ring,
+        64,
+        64,
+        0.005,
+    );
     furnace("diffuse { color: grey(1), opacity: 0.3 }", ball, 64, 64, EXACT);
-    furnace("mix(diffuse { color: grey(1), opacity: 0.5 }, metal { color: grey(1), roughness: 0.5 }, amount: 0.5)", ball, 64, 64, 0.004);
+    furnace(
+        "mix(diffuse { color: grey(1), opacity: 0.5 }, metal { color: grey(1), roughness: 0.5 }, amount: 0.5)",
+        ball,
+        64,
+        64,
+        0.004,
+    );
 
     // Nested media, all clear.
     let nested = "
@@ -322,8 +370,18 @@ fn furnaces() {
         box { position: (0, -0.1, 0), size: (1, 1.3, 1), material: water }
         sphere { position: (0.3, 0.4, 0.2), radius: 0.4, material: ice }
         sphere { position: (-0.4, 0.3, 0.2), radius: 0.3, material: ";
-    for inner in ["dielectric { ior: 1, priority: 5 }", "dielectric { ior: 2.4, priority: 1 }", "metal { color: grey(1), roughness: 0 }"] {
-        cases.push(case(format!("nested, {inner}"), "max_bounces: 1000, samples: 128", format!("{eye}{nested}{inner} }}"), 1.0, 1e-4));
+    for inner in [
+        "dielectric { ior: 1, priority: 5 }",
+        "dielectric { ior: 2.4, priority: 1 }",
+        "metal { color: grey(1), roughness: 0 }",
+    ] {
+        cases.push(case(
+            format!("nested, {inner}"),
+            "max_bounces: 1000, samples: 128",
+            format!("{eye}{nested}{inner} }}"),
+            1.0,
+            1e-4,
+        ));
     }
 
     // Many bodies that see each other in a closed room that shines.
@@ -353,13 +411,16 @@ fn albedos() {
         cases.push(Case { truth, ..case(name, &format!("max_bounces: 1, samples: {samples}"), scene, 0.0, tolerance) });
     };
     let same = DVec3::splat;
-    for (roughness, mu, truth) in [(0.5, 0.1, 0.797497), (0.25, 0.5, 0.793257), (1.0, 0.3, 0.785132), (1.0, 1.0, 0.758722)] {
+    for (roughness, mu, truth) in
+        [(0.5, 0.1, 0.797497), (0.25, 0.5, 0.793257), (1.0, 0.3, 0.785132), (1.0, 1.0, 0.758722)]
+    {
         albedo(&format!("diffuse {{ color: grey(0.8), roughness: {roughness} }}"), mu, same(truth), 3e-5);
     }
     for (roughness, mu, truth) in [(0.25, 0.1, 0.992283), (0.5, 0.5, 0.924188), (1.0, 0.9, 0.784220)] {
         albedo(&format!("diffuse {{ color: grey(1), roughness: {roughness}, model: fon }}"), mu, same(truth), 3e-5);
     }
-    for (sigma, mu, truth) in [(0.25, 0.1, 1.006296), (0.25, 0.5, 0.975364), (1.0, 0.3, 0.783651), (1.0, 1.0, 0.624060)] {
+    for (sigma, mu, truth) in [(0.25, 0.1, 1.006296), (0.25, 0.5, 0.975364), (1.0, 0.3, 0.783651), (1.0, 1.0, 0.624060)]
+    {
         let roughness = sigma / (0.5 * PI);
         albedo(&format!("diffuse {{ color: grey(1), roughness: {roughness:.9}, model: qon }}"), mu, same(truth), 2e-4);
     }
@@ -406,10 +467,18 @@ fn albedos() {
 fn rooms() {
     let mut cases = Vec::new();
     // Walls that are half lamp (radiance 2) and half diffuse: every ray sees 1/(1 − ρ/2).
-    let wall = |rho: f64| format!("mix(emitter {{ radiance: 2W/m^2/sr, two_sided: true }}, diffuse {{ color: grey({rho}) }}, amount: 0.5)");
+    let wall = |rho: f64| {
+        format!(
+            "mix(emitter {{ radiance: 2W/m^2/sr, two_sided: true }}, diffuse {{ color: grey({rho}) }}, amount: 0.5)"
+        )
+    };
     let tetrahedron = |material: &str| {
         let corners = [(1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (-1.0, 1.0, -1.0), (1.0, -1.0, -1.0)];
-        mesh(&corners.map(|(x, y, z)| 2.0 * DVec3::new(x, y, z)), &[[0, 1, 3], [0, 2, 1], [0, 3, 2], [1, 2, 3]], material)
+        mesh(
+            &corners.map(|(x, y, z)| 2.0 * DVec3::new(x, y, z)),
+            &[[0, 1, 3], [0, 2, 1], [0, 3, 2], [1, 2, 3]],
+            material,
+        )
     };
     let eye = "camera { position: (0.2, 0.1, 0.3), look_at: (0.5, 0, -1), fov: 60deg }\n";
     for (rho, bounces) in [(0.3, 200), (0.8, 200), (1.0, 200), (0.8, 0), (0.8, 1), (0.8, 4), (0.8, 7)] {
@@ -447,7 +516,10 @@ fn rooms() {
                 format!("quad {{ position: ({position}), normal: ({normal}), size: (1, 1), material: {material} }}\n")
             };
             let white = format!("diffuse {{ color: grey({rho}) }}");
-            let lamp = format!("mix(emitter {{ radiance: {}W/m^2/sr }}, diffuse {{ color: grey(1) }}, amount: {rho})", 1.0 / (1.0 - rho));
+            let lamp = format!(
+                "mix(emitter {{ radiance: {}W/m^2/sr }}, diffuse {{ color: grey(1) }}, amount: {rho})",
+                1.0 / (1.0 - rho)
+            );
             let scene = close_up(p, 0.05 * n)
                 + &wall("0.5, 0, 0.5", "0, 1, 0", &white)
                 + &wall("0.5, 1, 0.5", "0, -1, 0", &lamp)
@@ -456,7 +528,13 @@ fn rooms() {
                 + &wall("0.5, 0.5, 0", "0, 0, 1", &white)
                 + &wall("0.5, 0.5, 1", "0, 0, -1", &white);
             let truth = if n == DVec3::NEG_Y { 1.0 + reflected } else { reflected };
-            cases.push(case(format!("a cube of albedo {rho} at {p}"), "max_bounces: 400, samples: 512", scene, truth, 3e-4));
+            cases.push(case(
+                format!("a cube of albedo {rho} at {p}"),
+                "max_bounces: 400, samples: 512",
+                scene,
+                truth,
+                3e-4,
+            ));
         }
     }
     check(cases);
@@ -485,7 +563,13 @@ fn lens() {
             fov.to_degrees(),
             0.5 * at
         );
-        cases.push(case(format!("a disc of light: {name}"), &format!("max_bounces: 0, samples: {samples}"), scene, truth, 1e-3));
+        cases.push(case(
+            format!("a disc of light: {name}"),
+            &format!("max_bounces: 0, samples: {samples}"),
+            scene,
+            truth,
+            1e-3,
+        ));
     }
     check(cases);
 }
@@ -493,7 +577,8 @@ fn lens() {
 /// A truth that is off by little is noticed.
 #[test]
 fn the_test_can_fail() {
-    let scene = receiver(DVec3::Y) + "quad { position: (0, 1, 0), normal: (0, -1, 0), size: (1, 1), material: emitter { radiance: 2W/m^2/sr } }";
+    let scene = receiver(DVec3::Y)
+        + "quad { position: (0, 1, 0), normal: (0, -1, 0), size: (1, 1), material: emitter { radiance: 2W/m^2/sr } }";
     let truth = 1.02 * 0.752_274_688_5 / PI;
     let caught = std::panic::catch_unwind(|| check(vec![case("a wrong constant", DIRECT, scene, truth, EXACT)]));
     assert!(caught.is_err(), "2 % went unnoticed");

@@ -12,7 +12,17 @@ const CPU_TOLERANCE: f64 = 0.02;
 const GPU_TOLERANCE: f64 = 1.0;
 
 /// Example, frame.
-const EXAMPLES: &[(&str, i64)] = &[("hello", 0), ("cornell", 0), ("orbit", 0), ("orbit", 30), ("scan", 0)];
+const EXAMPLES: &[(&str, i64)] = &[
+    ("hello", 0),
+    ("cornell", 0),
+    ("orbit", 0),
+    ("orbit", 30),
+    ("scan", 0),
+    ("materials", 0),
+    ("mis", 0),
+    ("fireflies", 0),
+    ("bvh", 0),
+];
 
 const SIZE: [u32; 2] = [96, 72];
 const SAMPLES: u32 = 64;
@@ -21,9 +31,9 @@ fn picture(name: &str, frame: i64, choice: Choice) -> Vec<u8> {
     let mut scene = scene(&format!("examples/{name}.kin"), &[]);
     scene.render.resolution = SIZE;
     scene.render.samples = SAMPLES;
-    let pixels = render(&scene, frame, choice);
+    let film = render(&scene, frame, choice);
     let world = kinora_animator::sample(&scene, scene.clock.shutter_of(frame)).expect("the frame has a world");
-    develop(&pixels, SIZE, &world.look).rgb8()
+    develop(&film, &world.look).codes8()
 }
 
 fn golden_path(name: &str, frame: i64) -> PathBuf {

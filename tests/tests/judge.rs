@@ -18,7 +18,7 @@ struct Case {
 
 const SIZE: u32 = 16;
 const GREY: &str = "fn grey(x: float) -> color { return linear(x, x, x) }";
-const SAMPLES: u32 = 32;
+const SAMPLES: u32 = 128;
 const SEEDS: u32 = 16;
 const HALVES: &[Region] = &[[0, 0, SIZE / 2, SIZE], [SIZE / 2, 0, SIZE, SIZE]];
 const THIRDS: &[Region] = &[[0, 0, 5, SIZE], [5, 0, 11, SIZE], [11, 0, SIZE, SIZE]];
@@ -118,7 +118,7 @@ const CASES: &[Case] = &[
     },
     Case {
         name: "nested media",
-        render: "max_bounces: 16",
+        render: "max_bounces: 9",
         scene: "
             camera { position: (0, 1, 5), look_at: (0, 0.5, 0), fov: 16deg }
             sky { color: linear(0.8, 0.7, 0.6) }
@@ -131,7 +131,7 @@ const CASES: &[Case] = &[
             box { position: (0, 0.51, 0), size: (0.7, 0.8, 1), material: water }
             sphere { position: (0.1, 0.9, 0.1), radius: 0.3, material: ice }",
         regions: BANDS,
-        paths: 400_000,
+        paths: 300_000,
         tolerance: 1e-4,
     },
     Case {
@@ -256,7 +256,11 @@ fn kernel_and_judge_agree() {
     let only = std::env::var("ONLY").unwrap_or_default();
     let mut failed = String::new();
     for (i, case) in CASES.iter().enumerate().filter(|(_, case)| case.name.contains(&only)) {
-        let render = format!("render {{ resolution: ({SIZE}, {SIZE}), samples: {SAMPLES}, filter: box, {}, {} }}", case.render, std::env::var("EXTRA").unwrap_or_default());
+        let render = format!(
+            "render {{ resolution: ({SIZE}, {SIZE}), samples: {SAMPLES}, filter: box, {}, {} }}",
+            case.render,
+            std::env::var("EXTRA").unwrap_or_default()
+        );
         let world = world(&format!("lang 1\n{render}\n{GREY}\n{}", case.scene));
         let start = std::time::Instant::now();
         let truth: Vec<_> = case.regions.iter().map(|r| reference::measure(&world, *r, case.paths, 1)).collect();

@@ -404,7 +404,7 @@ pub enum Bsdf<R: Rate> {
         /// Where media overlap the higher wins; of equals, the one entered last.
         priority: i32,
     },
-    /// A dielectric coat over another material. An emitter beneath it gives no light.
+    /// A dielectric coat over another material. What it lets through of an emitter's light shines.
     Glossy {
         /// Index of the material beneath, smaller than its own.
         base: usize,

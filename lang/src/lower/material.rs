@@ -241,22 +241,6 @@ impl<'a> Lower<'_, 'a> {
         self.report(id, diagnostic);
     }
 
-    /// W0415: light under a coat.
-    pub(super) fn coated_lights(&mut self, materials: &[Material<Animated>], shining: &[bool]) {
-        let mut coats: Vec<(usize, NodeId)> =
-            self.known_materials.iter().filter_map(|(id, index)| Some((*index, (*id)?))).collect();
-        coats.sort_unstable();
-        for (index, id) in coats {
-            let Some(Bsdf::Glossy { base, .. }) = materials.get(index).map(|material| &material.bsdf) else { continue };
-            let node = self.machine.done(id).unwrap_or_default();
-            let Some(set) = read::set(&node, "base").filter(|_| shining.get(*base) == Some(&true)) else { continue };
-            let diagnostic = Diagnostic::new("W0415", "an `emitter` under a coat gives no light")
-                .primary(self.machine.file(), set.expr.span, "its light stays under the coat")
-                .help("mix the two instead: `mix(coat, lamp, amount: 0.5)`");
-            self.report(id, diagnostic);
-        }
-    }
-
     /// E0206: two properties that say the same.
     fn not_both(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, a_kind: &str, names: [&str; 2], what: &str) {
         let [one, other] = names;
@@ -283,6 +267,7 @@ pub(super) fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
                 let amount = amount.constant();
                 amount != Some(&1.0) && part(*a) || amount != Some(&0.0) && part(*b)
             }
+            Bsdf::Glossy { base, metalness, .. } => metalness.constant() != Some(&1.0) && part(*base),
             _ => false,
         };
         shining.push(shines && material.opacity.constant() != Some(&0.0));

@@ -147,7 +147,6 @@ impl<'a> Lower<'_, 'a> {
         let scene =
             Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
         let shining = shining(&scene.materials);
-        self.coated_lights(&scene.materials, &shining);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
         Lowered { scene, meshes: std::mem::take(&mut self.meshes) }

@@ -6,6 +6,9 @@
 const BVH_STACK: u32 = 32u;
 const NODE_VECTORS: u32 = 5u;
 
+// Not a local of the walk: WGSL would set it to zero for every ray.
+var<private> bvh_stack: array<vec2<u32>, BVH_STACK>;
+
 struct NodeRay {
     o: vec3<f32>,
     inv_d: vec3<f32>,
@@ -76,7 +79,6 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
     }
     let ray = node_ray(o, d);
     let probe = probe_along(o, d);
-    var stack: array<vec2<u32>, BVH_STACK>;
     var depth = 0u;
     // A group: index of its first member, and a mask of members to visit.
     var group = vec2<u32>(0u, 0x80000000u);
@@ -86,7 +88,7 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
             let slot = firstLeadingBit(group.y);
             let others = group.y & ~(1u << slot);
             if (others & 0xff000000u) != 0u && depth < BVH_STACK {
-                stack[depth] = vec2<u32>(group.x, others);
+                bvh_stack[depth] = vec2<u32>(group.x, others);
                 depth++;
             }
             let child = (slot - 24u) ^ (ray.octant & 0xffu);
@@ -112,7 +114,7 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
                 break;
             }
             depth--;
-            group = stack[depth];
+            group = bvh_stack[depth];
         }
     }
     if best.id == NONE {

@@ -266,23 +266,31 @@ fn shadow_share(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> f32 {
     if (params.features & FEATURE_CUTOUT) == 0u {
         return select(1.0, 0.0, any_hit(o, d, t_max, start));
     }
+    let end = o + t_max * d;
     var share = 1.0;
     var origin = o;
-    var on = start;
+    var along = d;
     var left = t_max;
+    var on = start;
     for (var passes = 0u; passes < MAX_PASSES; passes++) {
-        let hit = closest_hit(origin, d, on);
+        let hit = closest_hit(origin, along, on);
         if hit.id == NONE || hit.t >= left {
             return share;
         }
-        let s = surface_at(hit, origin, d);
+        let s = surface_at(hit, origin, along);
         share *= 1.0 - materials[shapes[s.shape].index.x].more.w;
         if share <= 0.0 {
             return 0.0;
         }
+        // Still to the same end: the step off the surface may be longer than the way that the light is spared.
         origin = offset_point(s, select(-s.ng, s.ng, dot(s.ng, d) > 0.0));
         on = hit.id;
-        left -= hit.t;
+        along = end - origin;
+        left = length(along);
+        if dot(along, d) <= 0.0 {
+            return share;
+        }
+        along /= left;
     }
     return 0.0;
 }

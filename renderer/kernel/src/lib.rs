@@ -9,6 +9,7 @@ pub mod albedo;
 pub mod lanes;
 pub mod packed;
 pub mod query;
+mod validate;
 
 /// The shaders as one text, `entry/` included.
 pub const WGSL: &str = include_str!(concat!(env!("OUT_DIR"), "/kernel.wgsl"));
@@ -34,3 +35,4 @@ pub mod generated {
 
 pub use generated::{Kernel, Light, Material, Params, Primitive, Shape};
 pub use packed::{PASS_SAMPLES, Packed};
+pub use validate::Invalid;

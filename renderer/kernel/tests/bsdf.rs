@@ -179,10 +179,10 @@ fn samples_follow_the_density() {
                 let s = k.bsdf_sample(b, wo, random.square(), random.unit());
                 (s.pdf > 0.0).then_some(s.wi)
             };
-            let (observed, expected) = bins.check(&name, tests, 400_000, draw, |wi| f64::from(k.bsdf_pdf(b, wo, wi)));
-            least = least.min(expected.iter().sum::<f64>() / 400_000.0);
+            let (observed, expected) = bins.check(&name, tests, 600_000, draw, |wi| f64::from(k.bsdf_pdf(b, wo, wi)));
+            least = least.min(expected.iter().sum::<f64>() / 600_000.0);
             // What all falls into a few bins says nothing about halves.
-            if expected.iter().copied().fold(0.0, f64::max) < 0.1 * 400_000.0 {
+            if expected.iter().copied().fold(0.0, f64::max) < 0.05 * 600_000.0 {
                 check_rejects(&name, tests, &observed, &expected);
             }
         });
@@ -225,12 +225,12 @@ fn samples_agree_with_eval_and_pdf() {
                 let error = (s.pdf / pdf - 1.0).abs() / slack;
                 let error =
                     error.max((weight - s.weight).abs().max_element() / (1e-4 * s.weight.max_element().max(1.0)));
-                if !(error <= worst.0) {
+                if error > worst.0 || error.is_nan() {
                     worst = (error, format!("pdf {pdf}, weight {weight} of {wo} to {s:?}"));
                 }
             }
             assert!(checked > 1000, "{}: {checked} checked", lobe.name);
-            if !(worst.0 <= 1.0) {
+            if worst.0 > 1.0 || worst.0.is_nan() {
                 failures.push((lobe.name.clone(), worst));
             }
         });

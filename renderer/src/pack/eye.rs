@@ -1,5 +1,7 @@
 //! Which media the eye is in: the boundaries that a ray from it leaves without having entered them.
 
+use std::collections::HashSet;
+
 use glam::{UVec4, Vec3};
 use kinora_kernel::Packed;
 use kinora_kernel::generated::{
@@ -31,7 +33,11 @@ fn is_medium(material: &Material) -> bool {
 // The medium beneath a surface of this material: the first of its tree.
 fn medium_of(kernel: &Kernel<'_>, material: u32) -> Option<u32> {
     let mut open = vec![material];
+    let mut seen = HashSet::new();
     while let Some(index) = open.pop() {
+        if !seen.insert(index) {
+            continue;
+        }
         let record = kernel.materials.get(index as usize)?;
         match record.kind.x {
             MATERIAL_MIX => open.extend([record.kind.w, record.kind.z]),

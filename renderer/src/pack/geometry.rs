@@ -45,7 +45,7 @@ impl Geometry {
         let first = self.primitives.len();
         let first_light = self.lights.len() as u32;
         let mut record = PackedShape::default();
-        let emission = self.emission(instance, world, &mut record);
+        let emission = self.emission(instance, world, &mut record)?;
         match &instance.shape {
             Shape::Sphere { radius_m } => {
                 let place = place * DAffine3::from_scale(DVec3::splat(*radius_m));
@@ -87,13 +87,19 @@ impl Geometry {
     }
 
     // The power of a square metre of the shape, if it shines; the record gets its emitters.
-    fn emission(&mut self, instance: &Instance, world: &World, record: &mut PackedShape) -> Option<f64> {
+    fn emission(
+        &mut self,
+        instance: &Instance,
+        world: &World,
+        record: &mut PackedShape,
+    ) -> Result<Option<f64>, PackError> {
         let area = || area_m2(&instance.shape, instance.world_from_object);
-        let found = emitters(&world.materials, instance.material, &self.materials, area);
+        let found = emitters(&world.materials, instance.material, &self.materials, area)?;
         record.index.z = add_emitters(&mut self.materials, &found);
-        let cover = f64::from(self.materials.get(instance.material)?.more.w);
+        let cover = self.materials.get(instance.material).map_or(0.0, |m| f64::from(m.more.w));
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
-        (!found.is_empty()).then(|| found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum())
+        let power = || found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum();
+        Ok((!found.is_empty()).then(power))
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.

@@ -1,6 +1,8 @@
 //! Materials as the kernel reads them: a tree of records each, whose roots stand where the world has them. What follows
 //! from the tree alone (opacity, colours beneath coats, compensation) is worked out here, once.
 
+use std::collections::BTreeMap;
+
 use glam::{IVec4, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
     CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED, MATERIAL_DIELECTRIC,
@@ -31,6 +33,7 @@ pub fn pack(materials: &[Material<Still>]) -> Result<Vec<Packed>, PackError> {
     let mut records: Vec<Packed> = Vec::with_capacity(materials.len());
     let mut more = Vec::new();
     let mut depths: Vec<u32> = Vec::with_capacity(materials.len());
+    let mut colors: Vec<Vec3> = Vec::with_capacity(materials.len());
     for material in materials {
         let beneath = |i: usize| depths.get(i).copied().unwrap_or(0);
         let depth = 1 + match material.bsdf {
@@ -42,7 +45,8 @@ pub fn pack(materials: &[Material<Still>]) -> Result<Vec<Packed>, PackError> {
             return Err(PackError::Materials { limit: MAX_DEPTH as usize });
         }
         depths.push(depth);
-        let record = record(material, materials, &records, &mut more);
+        colors.push(color_of(material, &colors));
+        let record = record(material, &colors, materials.len(), &records, &mut more);
         records.push(record);
     }
     Ok(records.into_iter().chain(more).collect())
@@ -50,7 +54,8 @@ pub fn pack(materials: &[Material<Still>]) -> Result<Vec<Packed>, PackError> {
 
 fn record(
     material: &Material<Still>,
-    materials: &[Material<Still>],
+    colors: &[Vec3],
+    count: usize,
     known: &[Packed],
     more: &mut Vec<Packed>,
 ) -> Packed {
@@ -112,7 +117,7 @@ fn record(
             }
         }
         &Bsdf::Glossy { base, ior, roughness, metalness } => {
-            let color = color_of(materials, base);
+            let color = colors[base];
             let metal_beneath = metal(Packed {
                 color: color.extend(1.0),
                 more: covering(1.0),
@@ -122,7 +127,7 @@ fn record(
             });
             let metal_index = if metalness > 0.0 {
                 more.push(metal_beneath);
-                (materials.len() + more.len() - 1) as u32
+                (count + more.len() - 1) as u32
             } else {
                 // Never chosen.
                 NONE
@@ -184,31 +189,37 @@ fn metal(mut record: Packed) -> Packed {
     record
 }
 
-// The colour that a material has; 0 where it has none. Children come before their parents, so this ends.
-fn color_of(materials: &[Material<Still>], index: usize) -> Vec3 {
-    match materials.get(index).map(|m| &m.bsdf) {
-        Some(Bsdf::Diffuse { color, .. }) => *color,
-        Some(Bsdf::Metal { reflectance: Reflectance::Tint { color, .. }, .. }) => *color,
-        Some(Bsdf::Metal { reflectance: Reflectance::Spectrum(spectrum), .. }) => spectra::facing(*spectrum),
-        Some(&Bsdf::Glossy { base, .. }) => color_of(materials, base),
-        Some(&Bsdf::Mix { a, b, amount }) => color_of(materials, a).lerp(color_of(materials, b), amount as f32),
-        _ => Vec3::ZERO,
+// The colour that a material has; 0 where it has none. `known`: those of the materials before it.
+fn color_of(material: &Material<Still>, known: &[Vec3]) -> Vec3 {
+    match &material.bsdf {
+        Bsdf::Diffuse { color, .. } => *color,
+        Bsdf::Metal { reflectance: Reflectance::Tint { color, .. }, .. } => *color,
+        Bsdf::Metal { reflectance: Reflectance::Spectrum(spectrum), .. } => spectra::facing(*spectrum),
+        &Bsdf::Glossy { base, .. } => known[base],
+        &Bsdf::Mix { a, b, amount } => known[a].lerp(known[b], amount as f32),
+        Bsdf::Dielectric { .. } | Bsdf::Emitter { .. } => Vec3::ZERO,
     }
 }
 
 /// What of a material's tree shines, on a shape whose area in the world is `area_m2`.
+///
+/// # Errors
+/// More than [`MAX_EMITTERS`] parts shine.
 pub fn emitters(
     materials: &[Material<Still>],
     root: usize,
     records: &[Packed],
     area_m2: impl Fn() -> f64,
-) -> Vec<Emitter> {
+) -> Result<Vec<Emitter>, PackError> {
+    // Materials may share parts: a part is looked at once for all that mix it in, after all of them, since it stands
+    // before them; but apart for each way of coats over it.
+    let mut open = BTreeMap::from([((root, Vec::new()), 1.0_f32)]);
     let mut found = Vec::new();
-    let mut open = vec![(root, 1.0_f32, Vec::new())];
-    while let Some((index, share, coats)) = open.pop() {
+    while let Some(((index, coats), share)) = open.pop_last() {
         if share <= 0.0 {
             continue;
         }
+        let mut add = |index, coats: Vec<usize>, share| *open.entry((index, coats)).or_insert(0.0) += share;
         match materials.get(index).map(|m| &m.bsdf) {
             Some(Bsdf::Emitter { color, emission, two_sided }) => {
                 let sides = if *two_sided { 2.0 } else { 1.0 };
@@ -221,18 +232,23 @@ pub fn emitters(
             }
             Some(&Bsdf::Mix { a, b, .. }) => {
                 let second = records[index].lobe.x;
-                open.push((b, share * second, coats.clone()));
-                open.push((a, share * (1.0 - second), coats));
+                add(b, coats.clone(), share * second);
+                add(a, coats, share * (1.0 - second));
             }
             Some(&Bsdf::Glossy { base, metalness, .. }) => {
-                let below = coats.into_iter().chain([index]).collect();
-                open.push((base, share * (1.0 - metalness as f32), below));
+                add(base, coats.into_iter().chain([index]).collect(), share * (1.0 - metalness as f32));
             }
             _ => {}
         }
+        if open.len() + found.len() > MAX_EMITTERS {
+            return Err(PackError::Emitters { limit: MAX_EMITTERS });
+        }
     }
-    found
+    Ok(found)
 }
+
+/// Parts of one material that may shine, each under coats of its own.
+const MAX_EMITTERS: usize = 1000;
 
 /// Appends records of `emitters`, one linked to the next; gives the first's index, or NONE.
 pub fn add_emitters(records: &mut Vec<Packed>, emitters: &[Emitter]) -> u32 {
@@ -302,7 +318,7 @@ mod tests {
         // Of the rays that meet it, one third meets the half that is cut out by half.
         assert!((records[2].more.w - 0.8 * 0.75).abs() < 1e-6);
         assert!((records[2].lobe.x - 1.0 / 3.0).abs() < 1e-6);
-        let found = emitters(&materials, 2, &records, || 1.0);
+        let found = emitters(&materials, 2, &records, || 1.0).expect("one shines");
         assert_eq!(found.len(), 1);
         assert!((found[0].radiance.x - 4.0 / 3.0).abs() < 1e-6);
     }

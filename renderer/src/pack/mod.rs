@@ -46,6 +46,11 @@ pub enum PackError {
         /// How many levels there may be.
         limit: usize,
     },
+    /// Too many parts of one material shine.
+    Emitters {
+        /// How many there may be.
+        limit: usize,
+    },
     /// The geometry lies so that its tree is too deep, for example many shapes in the same place.
     TooDeep {
         /// Levels of the tree.
@@ -62,6 +67,9 @@ impl std::fmt::Display for PackError {
             }
             PackError::Materials { limit } => {
                 write!(f, "a material is mixed or coated to more than {limit} levels")
+            }
+            PackError::Emitters { limit } => {
+                write!(f, "more than {limit} parts of a material shine, each in its own way")
             }
             PackError::TooDeep { depth } => write!(f, "the tree over the shapes is {depth} levels deep"),
         }

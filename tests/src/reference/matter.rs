@@ -56,7 +56,9 @@ impl<'w> Matter<'w> {
         let whole = materials.iter().map(|material| match material.bsdf {
             Bsdf::Glossy { ior, roughness, .. } if roughness * roughness >= SMOOTH => {
                 let alpha = DVec2::splat(roughness * roughness);
-                Some(Albedo::new(true, |wo| facets(wo, alpha, |m| both_see(wo, reflect(wo, m), alpha) * fresnel(wo.dot(m), ior))))
+                Some(Albedo::new(true, |wo| {
+                    facets(wo, alpha, |m| both_see(wo, reflect(wo, m), alpha) * fresnel(wo.dot(m), ior))
+                }))
             }
             Bsdf::Dielectric { thin: true, roughness, energy_compensation: true, .. } => {
                 let alpha = DVec2::splat(roughness * roughness);

@@ -39,7 +39,8 @@ pub fn measure(world: &World, [left, top, right, bottom]: Region, paths: u64, se
     let chunks = paths.div_ceil(CHUNK);
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
     let mut sums: Vec<_> = std::thread::scope(|scope| {
-        let work = |thread| scope.spawn(move || (thread..chunks).step_by(threads as usize).map(|i| (i, chunk(i))).collect());
+        let work =
+            |thread| scope.spawn(move || (thread..chunks).step_by(threads as usize).map(|i| (i, chunk(i))).collect());
         let workers: Vec<std::thread::ScopedJoinHandle<'_, Vec<_>>> = (0..threads).map(work).collect();
         workers.into_iter().flat_map(|worker| worker.join().expect("a thread of the judge")).collect()
     });
@@ -164,7 +165,9 @@ impl<'w> Judge<'w> {
 
     fn transmittance(&self, medium: usize, distance: f64) -> DVec3 {
         match self.world.materials[medium].bsdf {
-            Bsdf::Dielectric { attenuation_color, attenuation_distance_m, .. } if attenuation_distance_m.is_finite() => {
+            Bsdf::Dielectric { attenuation_color, attenuation_distance_m, .. }
+                if attenuation_distance_m.is_finite() =>
+            {
                 attenuation_color.as_dvec3().powf(distance / attenuation_distance_m)
             }
             _ => DVec3::ONE,

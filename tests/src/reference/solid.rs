@@ -197,7 +197,8 @@ impl Part {
 /// The nearest hit of a ray of unit length, farther than `t_min`.
 pub fn nearest(solids: &[Solid], o: DVec3, d: DVec3, t_min: f64) -> Option<Hit> {
     let mut best: Option<(f64, DVec2, usize, &Part)> = None;
-    for (solid, part) in solids.iter().enumerate().flat_map(|(i, solid)| solid.parts.iter().map(move |part| (i, part))) {
+    for (solid, part) in solids.iter().enumerate().flat_map(|(i, solid)| solid.parts.iter().map(move |part| (i, part)))
+    {
         if let Some((t, uv)) = part.meet(o, d, t_min)
             && best.is_none_or(|(least, ..)| t < least)
         {

@@ -343,13 +343,6 @@ pub(super) const ROWS: &[Row] = &[
         "",
     ),
     row(
-        "W0415",
-        "light under a coat",
-        "The coat of a `glossy` reflects and lets through what falls on it; what lies beneath does not shine through.",
-        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nglossy coat { base: emitter { radiance: 2W/m^2/sr } }\nsphere ball { material: coat }",
-        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nglossy coat { color: #222 }\nsphere ball { material: mix(coat, emitter { radiance: 2W/m^2/sr }, amount: 0.5) }",
-    ),
-    row(
         "W0416",
         "a property without effect",
         "Another property decides whether this one matters, and as it stands it does not.",

@@ -6,12 +6,16 @@ struct Dispatch {
     end_row: u32,
     first_sample: u32,
     end_sample: u32,
-    /// The row that `film` begins with.
-    film_row: u32,
+    /// The row that the output begins with.
+    output_row: u32,
+    /// Threads of a device that gives each a block of consecutive workgroups; 1 for all others.
+    threads: u32,
+    padding_0: u32,
+    padding_1: u32,
 }
 
 @group(1) @binding(0) var<uniform> dispatch: Dispatch;
-/// A value or several a pixel, row by row from the top.
+/// A value or several a pixel, row by row from `output_row`.
 @group(1) @binding(1) var<storage, read_write> film: array<vec4<f32>>;
 
 // Where an invocation works.
@@ -22,17 +26,22 @@ struct Place {
     outside: bool,
 }
 
-fn place_of(band: Dispatch, id: vec2<u32>) -> Place {
-    let row = id.y + band.first_row;
-    let pixel = params.window.xy + vec2<u32>(id.x, row);
-    let outside = id.x >= params.window.z || row >= band.end_row;
-    return Place(pixel, (row - band.film_row) * params.window.z + id.x, outside);
+// Where each thread gets a block of workgroups, neighbours in the picture go to different threads: parts of a picture
+// that take long would keep one busy while the others wait.
+fn place_of(d: Dispatch, group: vec3<u32>, groups: vec3<u32>, local: vec3<u32>) -> Place {
+    let i = group.y * groups.x + group.x;
+    let block = max(groups.x * groups.y / d.threads, 1u);
+    let spread = select(i, (i % block) * d.threads + i / block, i < block * d.threads);
+    let at = 8u * vec2<u32>(spread % groups.x, spread / groups.x) + local.xy + vec2<u32>(0u, d.first_row);
+    let outside = at.x >= params.window.z || at.y >= d.end_row;
+    return Place(params.window.xy + at, (at.y - d.output_row) * params.window.z + at.x, outside);
 }
 
 /// Sums of radiance and rays.
 @compute @workgroup_size(8, 8)
-fn render(@builtin(global_invocation_id) id: vec3<u32>) {
-    let at = place_of(dispatch, id.xy);
+fn render(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>) {
+    let at = place_of(dispatch, group, groups, local);
     if at.outside {
         return;
     }
@@ -46,8 +55,9 @@ fn render(@builtin(global_invocation_id) id: vec3<u32>) {
 
 /// Three values a pixel, as `features_add` sums them.
 @compute @workgroup_size(8, 8)
-fn survey(@builtin(global_invocation_id) id: vec3<u32>) {
-    let at = place_of(dispatch, id.xy);
+fn survey(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>) {
+    let at = place_of(dispatch, group, groups, local);
     if at.outside {
         return;
     }

@@ -1,0 +1,157 @@
+//! Whether packed arrays hold together. The shaders follow their indices without looking, on a GPU too: what is out of
+//! range there reads whatever lies behind the array.
+
+use std::fmt;
+
+use crate::albedo;
+use crate::generated::{
+    LIGHT_RECTANGLE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, PRIMITIVE_KIND,
+    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
+};
+use crate::packed::Packed;
+
+/// An index or a count that leads out of its array, or a kind that there is not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Invalid {
+    /// What holds the number: `nodes`, `primitives`, ….
+    pub array: &'static str,
+    /// Which element.
+    pub index: usize,
+    /// What the number says.
+    pub what: &'static str,
+    /// The number.
+    pub value: u64,
+    /// It must be below this.
+    pub limit: u64,
+}
+
+impl fmt::Display for Invalid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { array, index, what, value, limit } = self;
+        write!(f, "{what} of {array}[{index}] is {value}, and must be below {limit}")
+    }
+}
+
+impl std::error::Error for Invalid {}
+
+// One element of one array.
+#[derive(Clone, Copy)]
+struct At(&'static str, usize);
+
+impl At {
+    fn below(self, what: &'static str, value: u64, limit: usize) -> Result<(), Invalid> {
+        let limit = limit as u64;
+        if value < limit { Ok(()) } else { Err(Invalid { array: self.0, index: self.1, what, value, limit }) }
+    }
+
+    fn below_or_none(self, what: &'static str, value: u32, limit: usize) -> Result<(), Invalid> {
+        if value == NONE { Ok(()) } else { self.below(what, value.into(), limit) }
+    }
+
+    // `count` elements from `first`.
+    fn range(self, what: &'static str, first: u32, count: u32, len: usize) -> Result<(), Invalid> {
+        self.below(what, u64::from(first) + u64::from(count), len + 1)
+    }
+}
+
+impl Packed {
+    /// Checks every number that the shaders use as an index, a count or a kind. The tree's depth is
+    /// [`Packed::check_depth`]'s.
+    ///
+    /// # Errors
+    /// The first that is wrong.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        self.validate_params()?;
+        self.validate_nodes()?;
+        for (i, shape) in self.shapes.iter().enumerate() {
+            let at = At("shapes", i);
+            at.below("the material", shape.index.x.into(), self.materials.len())?;
+            at.below_or_none("the first light", shape.index.y, self.lights.len())?;
+            at.below_or_none("the first emitter", shape.index.z, self.materials.len())?;
+        }
+        self.validate_primitives()?;
+        for (i, material) in self.materials.iter().enumerate() {
+            self.validate_material(At("materials", i), material)?;
+        }
+        for (i, light) in self.lights.iter().enumerate() {
+            At("lights", i).below("the kind", light.kind.x.into(), LIGHT_RECTANGLE as usize + 1)?;
+            At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
+        }
+        Ok(())
+    }
+
+    fn validate_params(&self) -> Result<(), Invalid> {
+        let at = At("params", 0);
+        at.range("the number of lights", 0, self.params.light_count, self.lights.len())?;
+        at.range("the number of planes", 0, self.params.plane_count, self.shapes.len())?;
+        at.range("the number of primitives", 0, self.params.primitive_count, self.primitives.len())?;
+        for medium in self.params.media.to_array() {
+            at.below_or_none("a medium around the eye", medium, self.materials.len())?;
+        }
+        let tables = TABLE_ALBEDO as usize + albedo::tables().len();
+        at.below("the last entry of the tables", tables as u64 - 1, self.tables.len())
+    }
+
+    // What `kind` refers to; walks down a tree of materials count their steps, that along emitters ends by itself.
+    fn validate_material(&self, at: At, material: &Material) -> Result<(), Invalid> {
+        let count = self.materials.len();
+        let [kind, _, z, w] = material.kind.to_array();
+        at.below("the kind", kind.into(), MATERIAL_MIX as usize + 1)?;
+        match kind {
+            MATERIAL_GLOSSY => {
+                at.below("the material beneath", z.into(), count)?;
+                at.below_or_none("the metal mixed in", w, count)
+            }
+            MATERIAL_MIX => {
+                at.below("the first part", z.into(), count)?;
+                at.below("the second part", w.into(), count)
+            }
+            MATERIAL_EMITTER => {
+                at.below_or_none("the coat", z, count)?;
+                // The one linked last stands first, so that no walk goes in circles.
+                at.below_or_none("the next emitter", w, at.1)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn validate_nodes(&self) -> Result<(), Invalid> {
+        let nodes = self.bvh.nodes.len();
+        for (i, node) in self.bvh.nodes.iter().enumerate() {
+            let at = At("nodes", i);
+            if node.imask != 0 {
+                at.range("the last child", node.child_base_idx, node.imask.count_ones(), nodes)?;
+                // Children come after their parents, so that no walk goes in circles.
+                at.below("its index", i as u64, node.child_base_idx as usize)?;
+            }
+            for (slot, &meta) in node.child_meta.iter().enumerate() {
+                let (offset, count) = (u32::from(meta & 0x1f), u32::from(meta >> 5).count_ones());
+                if node.imask & (1 << slot) != 0 {
+                    at.below("the slot of a child", u64::from(offset).abs_diff(24 + slot as u64), 1)?;
+                } else if count != 0 {
+                    let first = u64::from(node.primitive_base_idx) + u64::from(offset);
+                    let end = first + u64::from(count);
+                    at.below("the last primitive", end, self.params.primitive_count as usize + 1)?;
+                    at.below("the offset of a leaf", u64::from(offset + count), 25)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_primitives(&self) -> Result<(), Invalid> {
+        for (i, primitive) in self.primitives.iter().enumerate() {
+            let at = At("primitives", i);
+            let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
+            let known = [PRIMITIVE_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE].contains(&kind);
+            at.below("the kind", u64::from(!known), 1)?;
+            at.below("the shape", shape.into(), self.shapes.len())?;
+            let Some(shape) = self.shapes.get(shape as usize) else { continue };
+            if shape.index.y != NONE {
+                let light = u64::from(shape.index.y) + u64::from(primitive.index.x);
+                at.below("the light", light, self.lights.len())?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,61 @@
+//! Arrays whose numbers lead out of other arrays are refused before a backend reads them.
+
+use glam::{DAffine3, DVec3};
+use kinora_kernel::Packed;
+use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
+use kinora_renderer::{Backend, BackendError, pack};
+use kinora_scene::{Emission, Shape, World};
+
+fn scene() -> World {
+    let mut w = world([8, 8], 1, view(DVec3::Z, DVec3::ZERO, 1.0));
+    for i in 0..20 {
+        let place = DAffine3::from_translation(DVec3::X * f64::from(i));
+        add(&mut w, Shape::Sphere { radius_m: 0.5 }, place, diffuse(0.5, 0.0));
+    }
+    add(&mut w, quad(DVec3::Y, 1.0, 1.0), DAffine3::IDENTITY, emitter(Emission::Radiance(1.0)));
+    w
+}
+
+fn check(what: &str, spoil: impl FnOnce(&mut Packed)) {
+    let mut packed = pack(&scene()).expect("it packs");
+    assert_eq!(packed.validate(), Ok(()));
+    spoil(&mut packed);
+    let invalid = packed.validate().expect_err(what);
+    assert!(invalid.to_string().contains(what), "{invalid}, expected {what}");
+}
+
+#[test]
+fn wrong_numbers() {
+    check("the number of lights of params[0] is 100", |p| p.params.light_count = 100);
+    check("the number of planes", |p| p.params.plane_count = 100);
+    check("the number of primitives of params[0] is 100", |p| p.params.primitive_count = 100);
+    check("the last entry of the tables", |p| p.tables.truncate(1000));
+    check("the last child of nodes[0]", |p| p.bvh.nodes[0].child_base_idx = u32::MAX);
+    check("its index of nodes[0]", |p| p.bvh.nodes[0].child_base_idx = 0);
+    check("the last primitive of nodes", |p| p.params.primitive_count -= 1);
+    check("the kind of primitives[3]", |p| p.primitives[3].shade.w |= 0xc000_0000);
+    check("the shape of primitives[3]", |p| p.primitives[3].shade.w += 1000);
+    check("the material of shapes[5] is 1000", |p| p.shapes[5].index.x = 1000);
+    check("the first light of shapes[5]", |p| p.shapes[5].index.y = 1);
+    check("the light of primitives", |p| p.primitives.iter_mut().for_each(|q| q.index.x = 7));
+    check("the kind of materials[20]", |p| p.materials[20].kind.x = 1000);
+    check("the kind of lights[0]", |p| p.lights[0].kind.x = 1000);
+    check("the shape of lights[0] is 21, and must be below 21", |p| p.lights[0].kind.y = 21);
+}
+
+#[test]
+fn worlds_without_something() {
+    for w in [world([1, 1], 1, view(DVec3::Z, DVec3::ZERO, 1.0)), scene()] {
+        assert_eq!(pack(&w).expect("it packs").validate(), Ok(()));
+    }
+}
+
+#[test]
+fn a_backend_refuses_them() {
+    let Ok(mut gpu) = kinora_renderer::gpu::Gpu::any(None, true) else { return };
+    let mut packed = pack(&scene()).expect("it packs");
+    packed.shapes[5].index.x = 1000;
+    let error = gpu.upload(packed.into()).expect_err("a material is missing");
+    assert!(matches!(error, BackendError::Invalid(_)) && error.to_string().contains("shapes[5]"), "{error}");
+    assert_eq!(gpu.trace(0..1, &()), Err(BackendError::Nothing), "the scene before stays");
+}
