@@ -5,7 +5,7 @@
 //! |---|---|
 //! | albedo | the colour, sRGB-encoded |
 //! | normal | 0.5 + 0.5 n a channel, x y z as red green blue; black where nothing is |
-//! | depth | from white, the nearest, to black, the farthest, in proportion to 1 / depth; black where nothing is |
+//! | depth | 1 / (1 + (depth / focus)⁴): half grey at the camera's plane in focus, white near, black far and where nothing is |
 //! | id | a colour of its own for every node, black where nothing is |
 //! | cost | rays a sample, from black over violet, red and yellow to white for 2 · (max_bounces + 1) |
 //! | bvh | the boxes of the tree, down to a level that can still be read, over a dim picture of the scene |
@@ -78,14 +78,8 @@ pub fn develop(film: &Film, look: &Look<Still>) -> Image {
         }
         Shown::Albedo => each(&|i| encoded(straight(i, seen(i).albedo))),
         Shown::Normal => each(&|i| straight(i, 0.5 * (seen(i).normal + seen(i).cover)).clamp(Vec3::ZERO, Vec3::ONE)),
-        Shown::Depth => {
-            let near = |i: usize| Some(seen(i)).filter(|seen| seen.id != 0).map(|seen| 1.0 / seen.depth.max(1e-10));
-            let all =
-                (0..count).filter_map(near).fold([f32::INFINITY, 0.0], |[low, high], v| [low.min(v), high.max(v)]);
-            // One depth alone is the nearest.
-            let grey = |v: f32| if all[1] > all[0] { (v - all[0]) / (all[1] - all[0]) } else { 1.0 };
-            each(&|i| Vec3::splat(near(i).map_or(0.0, grey).clamp(0.0, 1.0)))
-        }
+        // Of its own pixel alone, so that a crop shows what the whole does, and films do not flicker.
+        Shown::Depth => each(&|i| Vec3::splat(1.0 / (1.0 + (seen(i).depth.max(0.0) / film.middle_m).powi(4)))),
         Shown::Id => each(&|i| color_of(seen(i).id)),
         Shown::Cost => each(&|i| heat(film.cost(i) / film.most_rays())),
         Shown::Bvh => {
@@ -301,13 +295,13 @@ mod tests {
     fn views() {
         let albedo = srgb(DVec3::new(0.2, 0.4, 0.8)).as_vec3();
         let normal = Vec3::new(0.5, 1.0, 0.5);
-        let half = Vec3::splat((1.0 / 2.0 - 0.2) / (1.0 - 0.2));
+        let [near, far, edge] = [1.0_f32, 5.0, 2.0].map(|depth| Vec3::splat(1.0 / (1.0 + depth.powi(4))));
         let four_rays = heat(1.0);
         let zero = Vec3::ZERO;
         for (view, expected) in [
             (Shown::Albedo, [albedo, albedo, albedo, zero]),
             (Shown::Normal, [normal, normal, normal, zero]),
-            (Shown::Depth, [Vec3::ONE, zero, half, zero]),
+            (Shown::Depth, [near, far, edge, zero]),
             (Shown::Id, [color_of(1), color_of(2), color_of(2), zero]),
             (Shown::Cost, [four_rays; 4]),
         ] {

@@ -90,6 +90,8 @@ pub struct Film {
     costs: Vec<u32>,
     surveys: Vec<Survey>,
     pub(crate) wires: Option<Arc<Wires>>,
+    /// The depth that a picture of depths shows half grey, in metres.
+    pub(crate) middle_m: f32,
 }
 
 /// A film that memory does not hold.
@@ -121,6 +123,7 @@ impl Film {
             costs: zeros(count(cost), 0).ok_or(too_large)?,
             surveys: zeros(count(surveys), [Vec4::ZERO; 3]).ok_or(too_large)?,
             wires: None,
+            middle_m: 1.0,
         })
     }
 

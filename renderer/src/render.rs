@@ -115,6 +115,7 @@ impl Renderer {
         let mut film = film.map_err(|TooLarge { bytes }| RenderError::Memory { size, bytes })?;
         let mut packed = pack(world)?;
         packed.params.window = film.window().packed();
+        film.middle_m = world.view.focus_m as f32;
         film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed)));
         self.backend.upload(Arc::new(packed))?;
         self.build = start.elapsed();

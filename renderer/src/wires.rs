@@ -96,10 +96,9 @@ impl Wires {
         if b.z > near {
             b = cut(a, b);
         }
-        let window = Vec2::new(canvas.window.left as f32, canvas.window.top as f32);
         let project = |p: Vec3| {
             let plane = Vec2::new(p.x, -p.y) / (-p.z * self.half);
-            ((plane + 1.0) * 0.5 * self.picture - window, -1.0 / p.z)
+            ((plane + 1.0) * 0.5 * self.picture, -1.0 / p.z)
         };
         line(canvas, [project(a), project(b)], color, width, strength);
     }
@@ -107,10 +106,12 @@ impl Wires {
 
 // A line between two points in pixels, each with 1 / depth, which is linear along it.
 fn line(canvas: &mut Canvas<'_>, [(a, near_a), (b, near_b)]: [(Vec2, f32); 2], color: Vec3, width: f32, strength: f32) {
-    let size = Vec2::new(canvas.window.width as f32, canvas.window.height as f32);
+    let Window { left, top, width: columns, height: rows } = canvas.window;
+    let start = Vec2::new(left as f32, top as f32);
+    let end = start + Vec2::new(columns as f32, rows as f32);
     let steep = (b.y - a.y).abs() > (b.x - a.x).abs();
     let turn = |p: Vec2| if steep { Vec2::new(p.y, p.x) } else { p };
-    let (mut a, mut b, size) = (turn(a), turn(b), turn(size));
+    let (mut a, mut b, start, end) = (turn(a), turn(b), turn(start), turn(end));
     let (mut near_a, mut near_b) = (near_a, near_b);
     if a.x > b.x {
         std::mem::swap(&mut a, &mut b);
@@ -124,24 +125,22 @@ fn line(canvas: &mut Canvas<'_>, [(a, near_a), (b, near_b)]: [(Vec2, f32); 2], c
     let slope = if length > 0.0 { (b.y - a.y) / length } else { 0.0 };
     let stretch = (1.0 + slope * slope).sqrt();
     let reach = (0.5 * width + 0.5) * stretch;
-    let first = a.x.floor().max(0.0) as u32;
-    let last = b.x.ceil().min(size.x - 1.0).max(-1.0) as i64;
-    for x in i64::from(first)..=last {
+    let first = a.x.floor().max(start.x) as i64;
+    let last = b.x.ceil().clamp(start.x - 1.0, end.x - 1.0) as i64;
+    for x in first..=last {
         // The line begins and ends within a pixel.
-        let start = (a.x - x as f32).clamp(0.0, 1.0);
-        let end = (b.x - x as f32).clamp(0.0, 1.0);
-        let share = end - start;
+        let share = (b.x - x as f32).clamp(0.0, 1.0) - (a.x - x as f32).clamp(0.0, 1.0);
         let along = if length > 0.0 { ((x as f32 + 0.5 - a.x) / length).clamp(0.0, 1.0) } else { 0.0 };
         let middle = a.y + slope * (length * along);
         let near = near_a + (near_b - near_a) * along;
-        let low = (middle - reach).floor().max(0.0);
-        let high = (middle + reach).min(size.y - 1.0);
+        let low = (middle - reach).floor().max(start.y);
+        let high = (middle + reach).min(end.y - 1.0);
         let mut y = low;
         while y <= high {
             let distance = (y + 0.5 - middle).abs() / stretch;
             let cover = share * (0.5 * width + 0.5 - distance).clamp(0.0, 1.0);
             let (column, row) = if steep { (y as usize, x as usize) } else { (x as usize, y as usize) };
-            let i = row * canvas.window.width as usize + column;
+            let i = (row - top as usize) * columns as usize + column - left as usize;
             // A box may share a face with what it holds.
             let hidden = near * (canvas.depth)(i) < 0.995;
             if let Some(pixel) = canvas.pixels.get_mut(i) {

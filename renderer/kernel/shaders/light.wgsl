@@ -294,7 +294,7 @@ fn light_eval(shape: u32, c: f32) -> vec3<f32> {
             continue;
         }
         var radiance = materials[m].color.xyz;
-        if kind.z != NONE {
+        if has_material(MATERIAL_GLOSSY) && kind.z != NONE {
             let coat = materials[kind.z].lobe;
             radiance *= 1.0 - coat_albedo(coat.x, coat.z, coat.y, abs(c));
         }

@@ -34,6 +34,8 @@ const CHOICE: u32 = 8u;
 
 /// `Params::features`: what occurs in the scene.
 const FEATURE_CUTOUT: u32 = 1u;
+/// Shifted by a MATERIAL_…: that kind. A GPU compiles the shaders anew for each set of features, and leaves out the rest.
+const FEATURE_MATERIAL: u32 = 256u;
 
 /// `Light::kind.x`.
 const LIGHT_TRIANGLE: u32 = 0u;
@@ -149,6 +151,10 @@ struct Light {
 @group(0) @binding(4) var<storage, read> materials: array<Material>;
 @group(0) @binding(5) var<storage, read> lights: array<Light>;
 @group(0) @binding(6) var<storage, read> tables: array<f32>;
+
+fn has_material(kind: u32) -> bool {
+    return (params.features & (FEATURE_MATERIAL << kind)) != 0u;
+}
 
 fn object_point(shape: u32, p: vec3<f32>) -> vec3<f32> {
     let q = vec4<f32>(p, 1.0);

@@ -5,7 +5,9 @@ use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::CwBvh;
 
 use crate::albedo;
-use crate::generated::{BVH_STACK, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO};
+use crate::generated::{
+    BVH_STACK, FEATURE_CUTOUT, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
+};
 use crate::query::Native;
 
 /// Samples of one pass: the unit in which samples are summed in f32 on a backend, to be folded in f64 on the host.
@@ -47,7 +49,13 @@ impl Packed {
         let mut tables = vec![0.0; TABLE_ALBEDO as usize];
         tables.extend_from_slice(albedo::tables());
         Self {
-            params: Params { clamp: f32::MAX, light_chance: -1.0, media: UVec4::splat(NONE), ..Params::default() },
+            params: Params {
+                clamp: f32::MAX,
+                light_chance: -1.0,
+                media: UVec4::splat(NONE),
+                features: !FEATURE_CUTOUT,
+                ..Params::default()
+            },
             bvh: CwBvh::default(),
             narrow: None,
             primitives: vec![Primitive::default()],

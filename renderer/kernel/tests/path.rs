@@ -165,7 +165,7 @@ fn black(opacity: f32) -> Material {
 }
 
 fn cutouts(opacities: &[f32]) -> Scene {
-    let mut scene = Scene::new(1.0).with(|p| p.params.features = FEATURE_CUTOUT);
+    let mut scene = Scene::new(1.0).with(|p| p.params.features |= FEATURE_CUTOUT);
     for (i, &opacity) in opacities.iter().enumerate() {
         scene = scene.material(black(opacity)).plane(-(i as f64) - 1.0, true, i as u32);
     }

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec3, UVec4, Vec4};
 use kinora_kernel::albedo;
-use kinora_kernel::generated::{FEATURE_CUTOUT, NONE, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO};
+use kinora_kernel::generated::{FEATURE_CUTOUT, FEATURE_MATERIAL, NONE, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO};
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::NARROW_STACK;
 use kinora_kernel::{Packed, Params};
@@ -104,6 +104,9 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let cut_out = |instance: &Instance| geometry.materials.get(instance.material).is_some_and(|m| m.more.w < 1.0);
     if world.instances.iter().any(cut_out) {
         params.features |= FEATURE_CUTOUT;
+    }
+    for material in &geometry.materials {
+        params.features |= FEATURE_MATERIAL << material.kind.x;
     }
     let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
     tables.resize(TABLE_ALBEDO as usize, 0.0);

@@ -64,7 +64,8 @@ fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
     var coat = vec3<f32>(0.0);
     var under = 1.0;
     var inner = 0.0;
-    for (var depth = 0u; depth < MAX_DEPTH; depth++) {
+    let tree = has_material(MATERIAL_MIX) || has_material(MATERIAL_GLOSSY);
+    for (var depth = 0u; tree && depth < MAX_DEPTH; depth++) {
         let kind = materials[index].kind;
         if kind.x != MATERIAL_MIX && kind.x != MATERIAL_GLOSSY {
             break;
@@ -126,12 +127,21 @@ fn base_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
             return diffuse_eval(b, wo, wi);
         }
         case MATERIAL_METAL: {
+            if !has_material(MATERIAL_METAL) {
+                return vec3<f32>(0.0);
+            }
             return metal_eval(b, wo, wi);
         }
         case MATERIAL_DIELECTRIC: {
+            if !has_material(MATERIAL_DIELECTRIC) {
+                return vec3<f32>(0.0);
+            }
             return dielectric_eval(b, wo, wi);
         }
         case MATERIAL_GLOSSY: {
+            if !has_material(MATERIAL_GLOSSY) {
+                return vec3<f32>(0.0);
+            }
             return b.color * coat_eval(b.alpha.x, b.eta, wo, wi);
         }
         default: {
@@ -146,12 +156,21 @@ fn base_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
             return diffuse_pdf(b, wo, wi);
         }
         case MATERIAL_METAL: {
+            if !has_material(MATERIAL_METAL) {
+                return 0.0;
+            }
             return metal_pdf(b, wo, wi);
         }
         case MATERIAL_DIELECTRIC: {
+            if !has_material(MATERIAL_DIELECTRIC) {
+                return 0.0;
+            }
             return dielectric_pdf(b, wo, wi);
         }
         case MATERIAL_GLOSSY: {
+            if !has_material(MATERIAL_GLOSSY) {
+                return 0.0;
+            }
             return coat_pdf(b.alpha.x, wo, wi);
         }
         default: {
@@ -166,12 +185,21 @@ fn base_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
             return diffuse_sample(b, wo, u, lobe);
         }
         case MATERIAL_METAL: {
+            if !has_material(MATERIAL_METAL) {
+                return no_sample();
+            }
             return metal_sample(b, wo, u, lobe);
         }
         case MATERIAL_DIELECTRIC: {
+            if !has_material(MATERIAL_DIELECTRIC) {
+                return no_sample();
+            }
             return dielectric_sample(b, wo, u, lobe);
         }
         case MATERIAL_GLOSSY: {
+            if !has_material(MATERIAL_GLOSSY) {
+                return no_sample();
+            }
             var s = coat_sample(b.alpha.x, b.eta, wo, u);
             s.weight *= b.color;
             return s;
@@ -194,13 +222,17 @@ fn bsdf_is_delta(b: Bsdf) -> bool {
     return b.kind == MATERIAL_EMITTER && b.coat.y == 0.0 || base_is_delta(b) && coat_is_delta(b);
 }
 
+fn has_coat(b: Bsdf) -> bool {
+    return has_material(MATERIAL_GLOSSY) && b.coat.y != 0.0;
+}
+
 fn coat_is_delta(b: Bsdf) -> bool {
-    return b.coat.y == 0.0 || b.coat.x < MIRROR_ALPHA;
+    return !has_coat(b) || b.coat.x < MIRROR_ALPHA;
 }
 
 // How often a direction is drawn from the coat.
 fn coat_chance(b: Bsdf) -> f32 {
-    if b.coat.y == 0.0 {
+    if !has_coat(b) {
         return 0.0;
     }
     let coat = 1.0 - b.under;
@@ -211,7 +243,7 @@ fn coat_chance(b: Bsdf) -> f32 {
 /// f · |cos|; 0 for delta lobes.
 fn bsdf_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     let base = base_eval(b, wo, wi);
-    if b.coat.y == 0.0 {
+    if !has_coat(b) {
         return base;
     }
     return vec3<f32>(coat_eval(b.coat.x, b.coat.y, wo, wi)) + b.under * base;
@@ -220,7 +252,7 @@ fn bsdf_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
 /// The density with which `bsdf_sample` draws `wi`, a steradian; 0 for delta lobes.
 fn bsdf_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
     let base = base_pdf(b, wo, wi);
-    if b.coat.y == 0.0 {
+    if !has_coat(b) {
         return base;
     }
     return mix(base, coat_pdf(b.coat.x, wo, wi), coat_chance(b));
@@ -228,7 +260,7 @@ fn bsdf_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
 
 /// A direction in proportion to what it carries, as far as possible; `lobe`, uniform, chooses among lobes.
 fn bsdf_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
-    if b.coat.y == 0.0 {
+    if !has_coat(b) {
         return base_sample(b, wo, u, lobe);
     }
     let chance = coat_chance(b);
