@@ -1,5 +1,7 @@
 //! Every backend passes the same suite; a GPU through each API that computes on this system.
 
+use kinora_kernel::lanes::Width;
+use kinora_renderer::cpu::Cpu;
 use kinora_renderer::gpu::{Api, adapters_of};
 use kinora_renderer::{Backend, Film, Renderer, Request};
 use kinora_renderer::{BackendError, Choice, Options, SELF_TEST_TOLERANCE, open, self_test, suite};

@@ -54,7 +54,10 @@ fn same(a: UVec4, b: UVec4) -> bool {
     (0..4).all(|i| a[i] == b[i] || (nan(a[i]) && nan(b[i])))
 }
 
-fn check(count: usize, run: &dyn Fn(&Kernel<'_>, usize, u32, &[UVec4]) -> Vec<UVec4>) {
+/// A construct, by its place, in the lanes whose bits are set.
+type Run = dyn Fn(&Kernel<'_>, usize, u32, &[UVec4]) -> Vec<UVec4>;
+
+fn check(count: usize, run: &Run) {
     assert!(CONSTRUCTS.len() > 90, "only {} constructs were found", CONSTRUCTS.len());
     let mut state = 1;
     let mut float = || f32::from_bits(input("floats", &mut state)).clamp(-1e3, 1e3);

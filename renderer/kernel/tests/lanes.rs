@@ -184,7 +184,10 @@ macro_rules! on_lanes {
 on_lanes!(on_eight, eight, "avx2,bmi1,bmi2,lzcnt,popcnt");
 on_lanes!(on_sixteen, sixteen, "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt");
 
-fn check(count: usize, run: &dyn Fn(&Kernel<'_>, u32, &[Path], &[Hit], &[f32]) -> Steps) {
+/// Steps of the lanes whose bits are set.
+type Run = dyn Fn(&Kernel<'_>, u32, &[Path], &[Hit], &[f32]) -> Steps;
+
+fn check(count: usize, run: &Run) {
     for seed in 0..60 {
         let mut r = Random(seed);
         let packed = scene(&mut r);
