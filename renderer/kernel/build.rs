@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::Path};
 
-use kinora_translate::{Options, translate, validate};
+use kinora_translate::{LaneOptions, Options, Registers, translate, translate_lanes, validate};
 
 /// In the order of reading; WGSL itself does not mind.
 const SHADERS: &[&str] = &[
@@ -27,6 +27,9 @@ const SHADERS: &[&str] = &[
     "entry/render.wgsl",
 ];
 
+/// What a path does, step by step.
+const LANE_ROOTS: &[&str] = &["path_start", "closest_hit", "path_shade", "shadow_share", "path_shadow", "path_light"];
+
 fn main() {
     println!("cargo::rerun-if-changed=shaders");
     println!("cargo::rerun-if-changed=build.rs");
@@ -50,4 +53,10 @@ fn main() {
     };
     let output = translate(&joined, &options).unwrap_or_else(|error| panic!("cannot translate the shaders: {error}"));
     fs::write(out.join("kernel.rs"), output.rust).expect("cannot write kernel.rs");
+    for (name, registers) in [("avx2.rs", Registers::Avx2), ("avx512.rs", Registers::Avx512)] {
+        let lanes = LaneOptions { scalar: "crate::generated", roots: LANE_ROOTS, registers };
+        let output = translate_lanes(&joined, &options, &lanes)
+            .unwrap_or_else(|error| panic!("cannot translate the shaders to lanes: {error}"));
+        fs::write(out.join(name), output.rust).expect("cannot write the lanes");
+    }
 }

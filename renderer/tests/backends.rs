@@ -1,5 +1,7 @@
 //! Every backend passes the same suite; a GPU through each API that computes on this system.
 
+use kinora_kernel::lanes::Width;
+use kinora_renderer::cpu::Cpu;
 use kinora_renderer::gpu::{Api, adapters_of};
 use kinora_renderer::{Backend, Film, Renderer, Request};
 use kinora_renderer::{BackendError, Choice, Options, SELF_TEST_TOLERANCE, open, self_test, suite};
@@ -90,4 +92,19 @@ fn both_see_the_same_surfaces() {
     };
     let off = (0..count).filter(apart).count();
     assert!(off * 1000 <= count, "{off} of {count} normals differ");
+}
+
+/// However many paths a thread shades at once, the film has the same bits.
+#[test]
+fn cpu_widths() {
+    let world = suite::all_kinds();
+    let film = |width: Width| {
+        let cpu = Cpu::new(0).expect("threads start").with_width(width);
+        Renderer::new(Box::new(cpu)).render(&world, &()).expect("the world renders")
+    };
+    let one = film(Width::One);
+    for width in [Width::Eight, Width::Sixteen].into_iter().filter(|width| width.is_here()) {
+        let many = film(width);
+        assert!(many == one, "{width:?} shows another picture");
+    }
 }

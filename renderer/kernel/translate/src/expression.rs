@@ -1,5 +1,5 @@
-//! Expressions as Rust source, one lane at a time. This module is the only one that knows how a value is written: an
-//! emitter of eight lanes takes its place and leaves the statements alone.
+//! Expressions as Rust source, one lane at a time. [`crate::lanes`] writes those that differ between lanes, and leaves the
+//! others to this module.
 //!
 //! Every text returned is atomic: it can stand before `.x`, `[i]` or ` as usize` without more parentheses.
 

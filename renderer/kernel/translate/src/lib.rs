@@ -38,15 +38,20 @@
 //! The generated code never panics but for a read of an empty slice, and gives the same bits on every CPU: integers
 //! wrap, `x / 0` is `x`, an index past the end reads the last element, sums keep the order in which they are written,
 //! and the transcendental functions, which differ from one standard library to the next, are refused.
+//!
+//! [`translate_lanes`] writes the same functions over eight or sixteen lanes of vector registers, with the same bits in
+//! every lane.
 
 mod expression;
 mod function;
 mod items;
+mod lanes;
 mod names;
 mod types;
 
 use std::fmt::Write as _;
 
+pub use lanes::{LaneOptions, Registers, translate_lanes};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 /// How to translate.

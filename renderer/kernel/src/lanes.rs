@@ -1,0 +1,224 @@
+//! Many paths at once: the shading of [`crate::generated`] on the lanes of vector registers, and the schedule that keeps
+//! the lanes full. Every lane gets the bits that [`Kernel::radiance`] would give, so that what a picture shows does not
+//! depend on how many lanes there were.
+
+use glam::{UVec2, Vec4};
+
+use crate::generated::Kernel;
+
+/// How many paths advance together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// One: any CPU.
+    One,
+    /// Eight: x86-64 with AVX2.
+    Eight,
+    /// Sixteen: x86-64 with AVX-512.
+    Sixteen,
+}
+
+impl Width {
+    /// The widest that this CPU has.
+    pub fn best() -> Self {
+        [Self::Sixteen, Self::Eight].into_iter().find(|width| width.is_here()).unwrap_or(Self::One)
+    }
+
+    /// Whether this CPU has so many lanes.
+    pub fn is_here(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return match self {
+            Self::One => true,
+            Self::Eight => has_avx2(),
+            Self::Sixteen => has_avx2() && has_avx512(),
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        return self == Self::One;
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl")
+}
+
+/// Fills `light` with [`Kernel::radiance`] of `pixel_sample(i)` for each index `i`. Lanes that the CPU does not have are
+/// replaced by one.
+pub fn radiance(kernel: &Kernel<'_>, width: Width, pixel_sample: &dyn Fn(usize) -> (UVec2, u32), light: &mut [Vec4]) {
+    #[cfg(target_arch = "x86_64")]
+    match width {
+        Width::Sixteen if width.is_here() => return sixteen::radiance(kernel, pixel_sample, light),
+        Width::Eight if width.is_here() => return eight::radiance(kernel, pixel_sample, light),
+        _ => {}
+    }
+    for (i, light) in light.iter_mut().enumerate() {
+        let (pixel, sample) = pixel_sample(i);
+        *light = kernel.radiance(pixel, sample);
+    }
+}
+
+/// The shaders on lanes, in registers of one kind, and their schedule.
+#[cfg(target_arch = "x86_64")]
+macro_rules! lanes {
+    ($module:ident, $file:literal, $features:literal, $doc:literal) => {
+        #[doc = $doc]
+        // Registers are what unsafe code is for here: elements of slices at indices that were made valid, and the call of
+        // what the CPU was seen to have.
+        #[allow(
+            unsafe_code,
+            missing_docs,
+            clippy::all,
+            clippy::pedantic,
+            non_snake_case,
+            non_upper_case_globals,
+            unused_imports,
+            unused_parens,
+            unused_mut,
+            unused_variables,
+            unused_assignments,
+            unused_labels,
+            unreachable_code,
+            dead_code
+        )]
+        pub mod $module {
+            include!(concat!(env!("OUT_DIR"), "/", $file));
+
+            use glam::{UVec2, Vec4};
+            use w::LANES;
+
+            /// The ray queries, all lanes at once.
+            mod native {
+                use super::*;
+                use crate::query::{BATCH, Hits, Rays, bvh_any_many, bvh_closest_many};
+
+                #[target_feature(enable = $features)]
+                fn rays(o: w::V3<w::F>, d: w::V3<w::F>, t_max: w::F, start: w::U) -> Rays {
+                    let mut rays = Rays::default();
+                    let axes = [o.x, o.y, o.z].into_iter().zip(&mut rays.o);
+                    for (lanes, row) in axes.chain([d.x, d.y, d.z].into_iter().zip(&mut rays.d)) {
+                        row[..LANES].copy_from_slice(&lanes.to_array());
+                    }
+                    rays.t_max[..LANES].copy_from_slice(&t_max.to_array());
+                    rays.start[..LANES].copy_from_slice(&start.to_array());
+                    rays
+                }
+
+                fn first<T: Copy>(row: &[T; BATCH]) -> [T; LANES] {
+                    std::array::from_fn(|k| row[k])
+                }
+
+                #[target_feature(enable = $features)]
+                pub fn bvh_closest(
+                    lanes: &Lanes<'_>,
+                    mask: w::M,
+                    o: w::V3<w::F>,
+                    d: w::V3<w::F>,
+                    t_max: w::F,
+                    start: w::U,
+                ) -> HitLanes {
+                    let mut hits = Hits::default();
+                    bvh_closest_many(lanes.0, &rays(o, d, t_max, start), mask.bits(), &mut hits);
+                    HitLanes {
+                        t: w::F::from_array(first(&hits.t)),
+                        id: w::U::from_array(first(&hits.id)),
+                        uv: w::V2 { x: w::F::from_array(first(&hits.u)), y: w::F::from_array(first(&hits.v)) },
+                    }
+                }
+
+                #[target_feature(enable = $features)]
+                pub fn bvh_any(
+                    lanes: &Lanes<'_>,
+                    mask: w::M,
+                    o: w::V3<w::F>,
+                    d: w::V3<w::F>,
+                    t_max: w::F,
+                    start: w::U,
+                ) -> w::M {
+                    w::M::from_bits(bvh_any_many(lanes.0, &rays(o, d, t_max, start), mask.bits()))
+                }
+            }
+
+            /// As [`super::radiance`]; the CPU must have the lanes.
+            pub(super) fn radiance(
+                kernel: &Scalar<'_>,
+                pixel_sample: &dyn Fn(usize) -> (UVec2, u32),
+                light: &mut [Vec4],
+            ) {
+                // SAFETY: the caller has asked the CPU for these features.
+                unsafe { schedule(kernel, pixel_sample, light) }
+            }
+
+            /// Waiting for so many lanes to be free before they are filled, and a path's start is paid once for all.
+            const FREE: u32 = LANES as u32 / 4;
+
+            #[target_feature(enable = $features)]
+            fn schedule(kernel: &Scalar<'_>, pixel_sample: &dyn Fn(usize) -> (UVec2, u32), light: &mut [Vec4]) {
+                let lanes = Lanes(kernel);
+                let mut next = 0;
+                let mut slot = [0; LANES];
+                let mut active = w::M::splat(false);
+                let mut path = PathLanes::splat(Path::default());
+                loop {
+                    // Free lanes take what comes next.
+                    let free = LANES as u32 - active.bits().count_ones();
+                    if next < light.len() && (free >= FREE || active.none()) {
+                        let mut fresh = 0;
+                        let mut starts = [(UVec2::ZERO, 0); LANES];
+                        for k in 0..LANES {
+                            if !active.get(k) && next < light.len() {
+                                starts[k] = pixel_sample(next);
+                                slot[k] = next;
+                                fresh |= 1 << k;
+                                next += 1;
+                            }
+                        }
+                        let fresh = w::M::from_bits(fresh);
+                        let pixel = w::V2::<w::U>::gather(|k| starts[k].0);
+                        let sample = w::U::gather(|k| starts[k].1);
+                        path = PathLanes::select(fresh, lanes.path_start(fresh, pixel, sample), path);
+                        active = active.or(fresh);
+                    }
+                    if active.none() {
+                        return;
+                    }
+                    let hit = lanes.closest_hit(active, path.o, path.d, path.start);
+                    lanes.path_shade(active, &mut path, hit);
+                    let asks = active.and(path.shadow_t.gt(w::F::splat(0.0)));
+                    if asks.any() {
+                        let share = lanes.shadow_share(asks, path.shadow_o, path.shadow_d, path.shadow_t, path.start);
+                        lanes.path_shadow(asks, &mut path, share);
+                    }
+                    let ended = active.and_not(path.alive);
+                    if ended.any() {
+                        let result = lanes.path_light(ended, path);
+                        for k in (0..LANES).filter(|&k| ended.get(k)) {
+                            light[slot[k]] = result.get(k);
+                        }
+                        active = active.and(path.alive);
+                    }
+                }
+            }
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+lanes!(eight, "avx2.rs", "avx2,bmi1,bmi2,lzcnt,popcnt", "Eight lanes of AVX2.");
+#[cfg(target_arch = "x86_64")]
+lanes!(
+    sixteen,
+    "avx512.rs",
+    "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt",
+    "Sixteen lanes of AVX-512."
+);
