@@ -67,6 +67,26 @@ fn million() -> World {
     w
 }
 
+/// Rows of diffuse, metal and glass balls under a sky and a lamp.
+fn nine_spheres() -> World {
+    let mut w = world([512, 512], 16, view(DVec3::new(0.0, 3.0, 7.0), DVec3::new(0.0, 0.8, 0.0), 0.7));
+    w.render.max_bounces = 7;
+    w.sky = Some(Sky::<Still> { color: Color::new(0.6, 0.75, 1.0), strength: 0.5, visible: true });
+    add(&mut w, quad(DVec3::Y, 30.0, 30.0), DAffine3::IDENTITY, diffuse(0.5, 0.0));
+    for i in 0..9 {
+        let (row, column) = (f64::from(i / 3) - 1.0, f64::from(i % 3) - 1.0);
+        let material = match i % 3 {
+            0 => matt(Color::new(0.8, 0.3, 0.2)),
+            1 => metal(Color::new(1.0, 0.8, 0.4), 0.2),
+            _ => glass(1.5, Color::ONE, 1.0),
+        };
+        let place = DAffine3::from_translation(DVec3::new(1.6 * column, 0.7, 1.6 * row));
+        add(&mut w, Shape::Sphere { radius_m: 0.7 }, place, material);
+    }
+    let lamp = emitter(Emission::Radiance(20.0));
+    add(&mut w, quad(DVec3::NEG_Y, 1.5, 1.5), DAffine3::from_translation(DVec3::new(2.0, 5.0, 2.0)), lamp);
+    w
+}
 /// Every material at once: the case with most branches.
 fn materials() -> World {
     let mut w = cornell();
@@ -85,7 +105,13 @@ fn main() {
     let mut renderer = Renderer::new(open(choice, Options::default()).expect("the backend opens"));
     println!("| scene, {} | build s | Msamples/s | Mrays/s |", renderer.backend().device());
     println!("| --- | --- | --- | --- |");
-    for (name, world) in [("Cornell box", cornell()), ("1M triangles", million()), ("all materials", materials())] {
+    let scenes = [
+        ("Cornell box", cornell()),
+        ("nine spheres", nine_spheres()),
+        ("1M triangles", million()),
+        ("all materials", materials()),
+    ];
+    for (name, world) in scenes {
         let mut film = renderer.load(&world).expect("the scene packs");
         // The first pass warms caches and, on a GPU, compiles.
         renderer.trace_pass(&mut film, 16, &()).expect("traces");

@@ -81,6 +81,11 @@ pub enum BackendError {
     },
     /// The arrays of a scene contradict each other: a fault of the program.
     Invalid(Invalid),
+    /// The geometry lies so that its tree is too deep for a GPU, for example many shapes in the same place.
+    TooDeep {
+        /// Levels of the tree.
+        depth: u32,
+    },
     /// The device stopped working, or refused the work.
     Device(String),
     /// The threads could not be started.
@@ -106,6 +111,9 @@ impl fmt::Display for BackendError {
                 write!(f, "{adapter} cannot run the kernel: {needed} {what} are needed, it has {allowed}")
             }
             BackendError::Invalid(invalid) => write!(f, "the packed scene is wrong: {invalid}"),
+            BackendError::TooDeep { depth } => {
+                write!(f, "the tree over the shapes is {depth} levels deep, too many for a GPU; `--backend cpu` may do")
+            }
             BackendError::Device(message) => write!(f, "the GPU stopped working: {message}"),
             BackendError::Threads(message) => write!(f, "cannot start the threads: {message}"),
             BackendError::Nothing => write!(f, "there is no scene to trace"),

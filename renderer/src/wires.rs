@@ -55,7 +55,7 @@ impl Wires {
         let params = &packed.params;
         let [x, y, z] = [params.camera_x, params.camera_y, params.camera_z].map(glam::Vec4::truncate);
         Self {
-            levels: levels(&packed.bvh),
+            levels: packed.compressed().map_or_else(|_| Vec::new(), |compressed| levels(&compressed.bvh)),
             eye: params.camera_eye.truncate(),
             camera_from_world: Mat3::from_cols(x, y, z).transpose(),
             half: params.camera_film.truncate().truncate(),

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use kinora_kernel::Packed;
+use kinora_kernel::query::Compressed;
 use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
 use kinora_renderer::{Backend, BackendError, pack};
 use kinora_scene::{Emission, Shape, World};
@@ -24,15 +25,23 @@ fn check(what: &str, spoil: impl FnOnce(&mut Packed)) {
     assert!(invalid.to_string().contains(what), "{invalid}, expected {what}");
 }
 
+fn check_nodes(what: &str, spoil: impl FnOnce(&mut Compressed)) {
+    let mut compressed = pack(&scene()).expect("it packs").compressed().expect("a flat tree");
+    assert_eq!(compressed.validate(), Ok(()));
+    spoil(&mut compressed);
+    let invalid = compressed.validate().expect_err(what);
+    assert!(invalid.to_string().contains(what), "{invalid}, expected {what}");
+}
+
 #[test]
 fn wrong_numbers() {
     check("the number of lights of params[0] is 100", |p| p.params.light_count = 100);
     check("the number of planes", |p| p.params.plane_count = 100);
     check("the number of primitives of params[0] is 100", |p| p.params.primitive_count = 100);
     check("the last entry of the tables", |p| p.tables.truncate(1000));
-    check("the last child of nodes[0]", |p| p.bvh.nodes[0].child_base_idx = u32::MAX);
-    check("its index of nodes[0]", |p| p.bvh.nodes[0].child_base_idx = 0);
-    check("the last primitive of nodes", |p| p.params.primitive_count -= 1);
+    check_nodes("the last child of nodes[0]", |c| c.bvh.nodes[0].child_base_idx = u32::MAX);
+    check_nodes("its index of nodes[0]", |c| c.bvh.nodes[0].child_base_idx = 0);
+    check_nodes("the last primitive of nodes", |c| c.primitives.truncate(1));
     check("the kind of primitives[3]", |p| p.primitives[3].shade.w |= 0xc000_0000);
     check("the shape of primitives[3]", |p| p.primitives[3].shade.w += 1000);
     check("the material of shapes[5] is 1000", |p| p.shapes[5].index.x = 1000);

@@ -1,6 +1,7 @@
 //! Radiance of parts of a picture with how far it may be off, and when two such measurements disagree.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
 use kinora_renderer::{Choice, Options, Renderer, open};
@@ -45,6 +46,13 @@ impl Kernel {
     /// It cannot be opened.
     pub fn open(choice: Choice) -> Kernel {
         Kernel(Renderer::new(open(choice, Options::default()).expect("the backend opens")))
+    }
+
+    /// The GPU, once a process since its programs take long to compile; `None` as [`crate::gpu`] says.
+    pub fn gpu() -> Option<MutexGuard<'static, Kernel>> {
+        static GPU: LazyLock<Option<Mutex<Kernel>>> =
+            LazyLock::new(|| crate::gpu().map(|_| Mutex::new(Kernel::open(Choice::Gpu))));
+        GPU.as_ref().map(|kernel| kernel.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Linear radiance of the world, row by row from the top.
@@ -133,4 +141,42 @@ pub fn compare(got: &Estimate, truth: &Estimate, level: f64, tolerance: f64) -> 
         verdict.agree &= off <= noise + tolerance * scale + 1e-9;
     }
     verdict
+}
+
+/// The comparisons of one test.
+pub struct Report {
+    level: f64,
+    failed: String,
+}
+
+impl Report {
+    /// A report of so many comparisons of all channels, which fails without a reason one time in a hundred.
+    pub fn new(comparisons: usize) -> Report {
+        Report { level: level(3 * comparisons), failed: String::new() }
+    }
+
+    /// Adds one; it fails too if a relative difference of `sharp` would not have been noticed.
+    pub fn compare(&mut self, name: &str, got: &Estimate, truth: &Estimate, tolerance: f64, sharp: f64) {
+        let verdict = compare(got, truth, self.level, tolerance);
+        let line = format!(
+            "{name}: {:.5} for {:.5}: off by {:.3} %, {:.1} sigma; {:.3} % would be noticed\n",
+            got.mean,
+            truth.mean,
+            100.0 * verdict.off,
+            verdict.sigmas,
+            100.0 * verdict.sharp
+        );
+        print!("{line}");
+        if !verdict.agree || verdict.sharp > sharp {
+            self.failed += &line;
+        }
+    }
+
+    /// Fails if a comparison failed.
+    ///
+    /// # Panics
+    /// One failed.
+    pub fn finish(self) {
+        assert!(self.failed.is_empty(), "\n{}", self.failed);
+    }
 }

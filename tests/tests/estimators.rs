@@ -1,8 +1,8 @@
 //! All estimators have the same mean, `clamp` is what the language says, and a lamp near by is no noisier than it has to be.
 
 use kinora_renderer::Choice;
-use kinora_tests::measure::{Estimate, Kernel, Region, compare, level};
-use kinora_tests::{gpu, world};
+use kinora_tests::measure::{Estimate, Kernel, Region, Report};
+use kinora_tests::world;
 
 const GREY: &str = "fn grey(x: float) -> color { return linear(x, x, x) }";
 const QUARTERS: &[Region] = &[[0, 0, 6, 6], [6, 0, 12, 6], [0, 6, 6, 12], [6, 6, 12, 12]];
@@ -49,12 +49,12 @@ const SCENES: &[(&str, &str)] = &[
         sphere { position: (-0.4, 0.3, 0.7), radius: 0.25, material: glossy { base: metal { roughness: 0 }, roughness: 0.5 } }",
     ),
     (
-        "lamps that are cut out, coated and mixed, in a medium",
+        "lamps that are cut out and mixed, in a medium",
         "camera { position: (0, 0.4, 1.4), look_at: (0, 0.3, 0), fov: 60deg }
         box { position: (0, 1, 0), size: (4, 2, 4), material: diffuse { color: grey(0.6) } }
         box { position: (0, 1, 0), size: (3.8, 1.9, 3.8), material: dielectric { ior: 1.3, roughness: 0.3, attenuation_color: grey(0.8), attenuation_distance: 1m } }
         quad { position: (0, 1.8, 0), normal: (0, -1, 0), size: (2, 2), material: emitter { radiance: 4W/m^2/sr, opacity: 0.5 } }
-        sphere { position: (-0.7, 0.5, 0), radius: 0.3, material: glossy { base: emitter { color: linear(4, 2, 1) }, roughness: 0.4 } }
+        sphere { position: (-0.7, 0.5, 0), radius: 0.3, material: mix(emitter { color: linear(8, 4, 2) }, glossy { roughness: 0.4 }, amount: 0.5) }
         sphere { position: (0.7, 0.5, 0), radius: 0.3, scale: (1, 1.5, 0.7), material: mix(emitter { color: linear(1, 4, 2) }, metal { roughness: 0.5 }, amount: 0.6) }
         sphere { position: (0, 0.4, 0.2), radius: 0.3, material: diffuse { opacity: 0.6 } }",
     ),
@@ -63,40 +63,33 @@ const SCENES: &[(&str, &str)] = &[
 #[test]
 fn estimators_agree() {
     let mut cpu = Kernel::open(Choice::Cpu);
-    let mut gpu = gpu().map(|_| Kernel::open(Choice::Gpu));
-    let level = level(SCENES.len() * (TECHNIQUES.len() + 2) * QUARTERS.len() * 3);
-    let mut failed = String::new();
+    let mut gpu = Kernel::gpu();
+    let mut report = Report::new(SCENES.len() * (TECHNIQUES.len() + 2) * QUARTERS.len());
     for (scene_name, scene) in SCENES {
         let truth = measure(&mut cpu, "max_bounces: 7, samples: 512", scene, 16);
-        let mut judge = |name: String, got: Vec<Estimate>| {
+        let mut judge = |name: &str, got: Vec<Estimate>| {
             for (i, (got, truth)) in got.iter().zip(&truth).enumerate() {
-                let verdict = compare(got, truth, level, 1e-4);
-                let line = format!(
-                    "{scene_name}, {name}, quarter {i}: off by {:.3} %, {:.1} sigma; {:.3} % would be noticed\n",
-                    100.0 * verdict.off,
-                    verdict.sigmas,
-                    100.0 * verdict.sharp
+                report.compare(
+                    &format!("{scene_name}, {name}, quarter {i}"),
+                    got,
+                    truth,
+                    1e-4,
+                    if name != "mis: one_sample" { 0.15 } else { 0.06 },
                 );
-                print!("{line}");
-                if !verdict.agree || verdict.sharp > 0.06 {
-                    failed += &line;
-                }
             }
         };
         for technique in TECHNIQUES {
             let got = measure(&mut cpu, &format!("max_bounces: 7, samples: 256, {technique}"), scene, 16);
-            judge((*technique).to_owned(), got);
+            judge(technique, got);
         }
         if let Some(gpu) = &mut gpu {
             for technique in ["mis: nee", "mis: one_sample"] {
-                judge(
-                    format!("gpu, {technique}"),
-                    measure(gpu, &format!("max_bounces: 7, samples: 64, {technique}"), scene, 16),
-                );
+                let got = measure(gpu, &format!("max_bounces: 7, samples: 64, {technique}"), scene, 16);
+                judge(&format!("gpu, {technique}"), got);
             }
         }
     }
-    assert!(failed.is_empty(), "\n{failed}");
+    report.finish();
 }
 
 #[test]
@@ -137,7 +130,7 @@ fn noise(kernel: &mut Kernel, lamp: &str, aside: f64) -> f64 {
 #[test]
 fn a_lamp_near_by_is_as_clean() {
     let mut kernel = Kernel::open(Choice::Cpu);
-    let near_limit = 0.75;
+    let near_limit = 0.45;
     for height in [0.005, 0.05, 0.5, 5.0] {
         let quad = format!(
             "quad {{ position: (0, {height}, 0), normal: (0, -1, 0), size: (0.8, 0.6), material: emitter {{ }} }}"

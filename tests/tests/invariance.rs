@@ -1,8 +1,8 @@
 //! A scene that is turned, moved, and scaled as a whole gives the same picture.
 
 use kinora_renderer::Choice;
-use kinora_tests::measure::{Kernel, Region, compare, level};
-use kinora_tests::{gpu, world};
+use kinora_tests::measure::{Kernel, Region, Report};
+use kinora_tests::world;
 
 const QUARTERS: &[Region] = &[[0, 0, 8, 8], [8, 0, 16, 8], [0, 8, 8, 16], [8, 8, 16, 16]];
 
@@ -43,42 +43,30 @@ fn scene(rotation: &str, scale: f64, position: [f64; 3], samples: u32) -> String
     )
 }
 
-fn check(choice: Choice, samples: u32, seeds: u32, sharp: f64) {
-    let mut kernel = Kernel::open(choice);
-    let level = level((PLACES.len() - 1) * QUARTERS.len() * 3);
+fn check(kernel: &mut Kernel, name: &str, samples: u32, seeds: u32, sharp: f64) {
+    let mut report = Report::new((PLACES.len() - 1) * QUARTERS.len());
     let mut truth = Vec::new();
-    let mut failed = String::new();
-    for &(name, rotation, scale, position) in PLACES {
+    for &(place, rotation, scale, position) in PLACES {
         let got = kernel.measure(&world(&scene(rotation, scale, position, samples)), QUARTERS, seeds);
         if truth.is_empty() {
             truth = got;
             continue;
         }
         for (i, (got, truth)) in got.iter().zip(&truth).enumerate() {
-            let verdict = compare(got, truth, level, 5e-4);
-            let line = format!(
-                "{choice:?}: {name}, quarter {i}: off by {:.3} %, {:.1} sigma; {:.3} % would be noticed\n",
-                100.0 * verdict.off,
-                verdict.sigmas,
-                100.0 * verdict.sharp
-            );
-            print!("{line}");
-            if !verdict.agree || verdict.sharp > sharp {
-                failed += &line;
-            }
+            report.compare(&format!("{name}: {place}, quarter {i}"), got, truth, 5e-4, sharp);
         }
     }
-    assert!(failed.is_empty(), "\n{failed}");
+    report.finish();
 }
 
 #[test]
 fn cpu() {
-    check(Choice::Cpu, 128, 16, 0.03);
+    check(&mut Kernel::open(Choice::Cpu), "cpu", 128, 16, 0.03);
 }
 
 #[test]
 fn on_a_gpu() {
-    if gpu().is_some() {
-        check(Choice::Gpu, 32, 16, 0.05);
+    if let Some(mut kernel) = Kernel::gpu() {
+        check(&mut kernel, "gpu", 32, 16, 0.05);
     }
 }

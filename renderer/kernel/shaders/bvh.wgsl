@@ -1,6 +1,6 @@
-// The two ray queries, the only functions with a twin: on the CPU, src/query.rs walks the same nodes with obvhs' SIMD
-// code. Here: an eight-wide compressed BVH (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs
-// Through Compressed Wide BVHs", HPG 2017) over obvhs' 80-byte nodes, uploaded unchanged as five vec4<u32>.
+// The two ray queries, the only functions with a twin: on the CPU, src/query/ walks the same tree in lanes. Here: an
+// eight-wide compressed BVH (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+// Wide BVHs", HPG 2017) whose nodes, as src/query/compressed.rs makes them, are 80 bytes: five vec4<u32>.
 
 /// Deeper trees are refused when the scene is packed.
 const BVH_STACK: u32 = 32u;

@@ -97,9 +97,25 @@ macro_rules! lanes {
             use glam::{UVec2, Vec4};
             use w::LANES;
 
-            /// The ray queries, one lane after the other.
+            /// The ray queries, all lanes in one batch.
             mod native {
                 use super::*;
+                use crate::query::{self, BATCH, Hits, Rays};
+
+                // A batch has as many rays as the widest registers have lanes.
+                fn widened<T: Copy + Default>(a: [T; LANES]) -> [T; BATCH] {
+                    core::array::from_fn(|k| a.get(k).copied().unwrap_or_default())
+                }
+
+                #[target_feature(enable = $features)]
+                fn rays(o: w::V3<w::F>, d: w::V3<w::F>, t_max: w::F, start: w::U) -> Rays {
+                    Rays {
+                        o: [o.x, o.y, o.z].map(|x| widened(x.to_array())),
+                        d: [d.x, d.y, d.z].map(|x| widened(x.to_array())),
+                        t_max: widened(t_max.to_array()),
+                        start: widened(start.to_array()),
+                    }
+                }
 
                 #[target_feature(enable = $features)]
                 pub fn bvh_closest(
@@ -110,11 +126,13 @@ macro_rules! lanes {
                     t_max: w::F,
                     start: w::U,
                 ) -> HitLanes {
-                    let mut hits = [Hit::default(); LANES];
-                    for k in (0..LANES).filter(|&k| mask.get(k)) {
-                        hits[k] = crate::query::bvh_closest(lanes.0, o.get(k), d.get(k), t_max.get(k), start.get(k));
+                    let mut hits = Hits::default();
+                    query::bvh_closest_many(lanes.0, &rays(o, d, t_max, start), mask.bits(), &mut hits);
+                    HitLanes {
+                        t: w::F::gather(|k| hits.t[k]),
+                        id: w::U::gather(|k| hits.id[k]),
+                        uv: w::V2 { x: w::F::gather(|k| hits.u[k]), y: w::F::gather(|k| hits.v[k]) },
                     }
-                    HitLanes::gather(|k| hits[k])
                 }
 
                 #[target_feature(enable = $features)]
@@ -126,12 +144,7 @@ macro_rules! lanes {
                     t_max: w::F,
                     start: w::U,
                 ) -> w::M {
-                    let mut hits = 0;
-                    for k in (0..LANES).filter(|&k| mask.get(k)) {
-                        let hit = crate::query::bvh_any(lanes.0, o.get(k), d.get(k), t_max.get(k), start.get(k));
-                        hits |= u32::from(hit) << k;
-                    }
-                    w::M::from_bits(hits)
+                    w::M::from_bits(query::bvh_any_many(lanes.0, &rays(o, d, t_max, start), mask.bits()))
                 }
             }
 

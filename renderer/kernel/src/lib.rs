@@ -1,7 +1,7 @@
 //! All light transport of Kinora. The source of truth is WGSL in `shaders/`; [`WGSL`] is that text for a GPU and
 //! [`generated`] the same text as Rust, made by `kinora-translate` when this crate is built; [`lanes`] is the same once
 //! more for many paths at once, where the CPU has the registers. Only the two ray queries are written twice: [`query`]
-//! walks the BVH with obvhs' SIMD code.
+//! walks a tree of its own in lanes.
 //!
 //! This crate does no IO, knows no GPU API and nothing of scenes; it is where a picture's physics is tested.
 

@@ -1,14 +1,12 @@
 //! The flat arrays that both backends read, laid out as `shaders/scene.wgsl` declares them.
 
 use glam::{UVec4, Vec4};
-use obvhs::bvh2::Bvh2;
-use obvhs::cwbvh::CwBvh;
 
 use crate::albedo;
 use crate::generated::{
     BVH_STACK, FEATURE_CUTOUT, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
 };
-use crate::query::Native;
+use crate::query::{Isa, Native, Tree};
 
 /// Samples of one pass: the unit in which samples are summed in f32 on a backend, to be folded in f64 on the host.
 pub const PASS_SAMPLES: u32 = 16;
@@ -18,11 +16,8 @@ pub const PASS_SAMPLES: u32 = 16;
 pub struct Packed {
     /// What holds for the whole picture.
     pub params: Params,
-    /// The tree over `primitives`, without a node if there are none.
-    pub bvh: CwBvh,
-    /// The same tree before it was widened, with leaves that index `primitives`: on a CPU it is faster as long as it fits
-    /// into the caches. Only for small scenes, and not deeper than [`NARROW_STACK`](crate::query::NARROW_STACK).
-    pub narrow: Option<Bvh2>,
+    /// The tree over `primitives`.
+    pub tree: Tree,
     /// In the order of the tree's leaves. Not empty: a GPU cannot bind nothing.
     pub primitives: Vec<Primitive>,
     /// Planes first. Not empty.
@@ -56,8 +51,7 @@ impl Packed {
                 features: !FEATURE_CUTOUT,
                 ..Params::default()
             },
-            bvh: CwBvh::default(),
-            narrow: None,
+            tree: Tree::default(),
             primitives: vec![Primitive::default()],
             shapes: vec![Shape { index: UVec4::new(0, NONE, NONE, 0), ..Shape::default() }],
             materials: vec![Material { more: Vec4::W, ..Material::default() }],
@@ -68,7 +62,12 @@ impl Packed {
 
     /// Runs `f` with the translated shaders over these arrays.
     pub fn with_kernel<R>(&self, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
-        let native = Native::new(&self.bvh, self.narrow.as_ref());
+        self.with_kernel_on(Isa::best(), f)
+    }
+
+    /// As [`Packed::with_kernel`], with the ray queries of `isa`.
+    pub fn with_kernel_on<R>(&self, isa: Isa, f: impl FnOnce(&Kernel<'_>) -> R) -> R {
+        let native = Native::new(&self.tree, isa);
         f(&Kernel {
             params: &self.params,
             nodes: &[],
@@ -81,34 +80,12 @@ impl Packed {
         })
     }
 
-    /// The tree's nodes as the shaders read them; one empty node where there are none.
-    pub fn node_bytes(&self) -> Vec<u8> {
-        if self.bvh.nodes.is_empty() {
-            return vec![0; size_of::<obvhs::cwbvh::node::CwBvhNode>()];
-        }
-        bytemuck::cast_slice(&self.bvh.nodes).to_vec()
-    }
-
-    /// Checks that both walks can hold the tree's path on their stacks.
+    /// Checks that the walk can hold the tree's path on its stack.
     ///
     /// # Errors
     /// The tree is too deep.
     pub fn check_depth(&self) -> Result<(), TooDeep> {
-        let mut level: Vec<u32> = if self.bvh.nodes.is_empty() { vec![] } else { vec![0] };
-        let mut depth = 0;
-        while !level.is_empty() {
-            depth += 1;
-            if depth >= BVH_STACK {
-                return Err(TooDeep { depth });
-            }
-            level = level
-                .iter()
-                .flat_map(|&node| {
-                    let node = &self.bvh.nodes[node as usize];
-                    node.child_base_idx..node.child_base_idx + node.imask.count_ones()
-                })
-                .collect();
-        }
-        Ok(())
+        let depth = self.tree.levels(BVH_STACK);
+        if depth >= BVH_STACK { Err(TooDeep { depth }) } else { Ok(()) }
     }
 }

@@ -9,6 +9,7 @@ use crate::generated::{
     PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
 };
 use crate::packed::Packed;
+use crate::query::Compressed;
 
 /// An index or a count that leads out of its array, or a kind that there is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +63,6 @@ impl Packed {
     /// The first that is wrong.
     pub fn validate(&self) -> Result<(), Invalid> {
         self.validate_params()?;
-        self.validate_nodes()?;
         for (i, shape) in self.shapes.iter().enumerate() {
             let at = At("shapes", i);
             at.below("the material", shape.index.x.into(), self.materials.len())?;
@@ -115,7 +115,29 @@ impl Packed {
         }
     }
 
-    fn validate_nodes(&self) -> Result<(), Invalid> {
+    fn validate_primitives(&self) -> Result<(), Invalid> {
+        for (i, primitive) in self.primitives.iter().enumerate() {
+            let at = At("primitives", i);
+            let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
+            let known = [PRIMITIVE_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE].contains(&kind);
+            at.below("the kind", u64::from(!known), 1)?;
+            at.below("the shape", shape.into(), self.shapes.len())?;
+            let Some(shape) = self.shapes.get(shape as usize) else { continue };
+            if shape.index.y != NONE {
+                let light = u64::from(shape.index.y) + u64::from(primitive.index.x);
+                at.below("the light", light, self.lights.len())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Compressed {
+    /// Checks every number of the nodes that the shaders use as an index or a count.
+    ///
+    /// # Errors
+    /// The first that is wrong.
+    pub fn validate(&self) -> Result<(), Invalid> {
         let nodes = self.bvh.nodes.len();
         for (i, node) in self.bvh.nodes.iter().enumerate() {
             let at = At("nodes", i);
@@ -131,25 +153,9 @@ impl Packed {
                 } else if count != 0 {
                     let first = u64::from(node.primitive_base_idx) + u64::from(offset);
                     let end = first + u64::from(count);
-                    at.below("the last primitive", end, self.params.primitive_count as usize + 1)?;
+                    at.below("the last primitive", end, self.primitives.len() + 1)?;
                     at.below("the offset of a leaf", u64::from(offset + count), 25)?;
                 }
-            }
-        }
-        Ok(())
-    }
-
-    fn validate_primitives(&self) -> Result<(), Invalid> {
-        for (i, primitive) in self.primitives.iter().enumerate() {
-            let at = At("primitives", i);
-            let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
-            let known = [PRIMITIVE_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE].contains(&kind);
-            at.below("the kind", u64::from(!known), 1)?;
-            at.below("the shape", shape.into(), self.shapes.len())?;
-            let Some(shape) = self.shapes.get(shape as usize) else { continue };
-            if shape.index.y != NONE {
-                let light = u64::from(shape.index.y) + u64::from(primitive.index.x);
-                at.below("the light", light, self.lights.len())?;
             }
         }
         Ok(())

@@ -170,9 +170,9 @@ fn samples_follow_the_density() {
             let mut random = Random(i as u64);
             // So few bins that a pdf wrong by 2 % in one half is seen.
             let bins = if lobe.transmits(k) {
-                SphereBins { z_low: -1.0, rows: 16, columns: 16, jumps: false }
+                SphereBins { z_low: -1.0, rows: 16, columns: 16, jumps: false, off: 3e-3 }
             } else {
-                SphereBins { z_low: 0.0, rows: 12, columns: 16, jumps: false }
+                SphereBins { z_low: 0.0, rows: 12, columns: 16, jumps: false, off: 0.0 }
             };
             let name = format!("{} at cosine {mu}", lobe.name);
             let draw = || {

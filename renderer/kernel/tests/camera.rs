@@ -52,7 +52,7 @@ fn the_square_fills_the_disc_evenly() {
 fn the_cosine_is_the_density() {
     Packed::empty().with_kernel(|k| {
         let mut random = Random(2);
-        let bins = SphereBins { z_low: 0.0, rows: 24, columns: 32, jumps: false };
+        let bins = SphereBins { z_low: 0.0, rows: 24, columns: 32, jumps: false, off: 0.0 };
         let draw = || {
             let d = k.square_to_cosine(random.square());
             assert!((d.length() - 1.0).abs() < 1e-5 && d.z > 0.0, "{d}");

@@ -3,16 +3,12 @@
 mod common;
 
 use common::{Random, direction, flat, placed, round};
-use glam::{DAffine3, DMat3, DVec3, Vec3, Vec3A};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use kinora_kernel::generated::{FAR, Hit, NONE, PLANE_BIT, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE};
-use kinora_kernel::query::{bvh_any, bvh_closest};
+use kinora_kernel::query::{
+    BATCH, Bounds, Hits, Isa, Rays, build, bvh_any, bvh_any_many, bvh_closest, bvh_closest_many,
+};
 use kinora_kernel::{Kernel, Packed, Primitive, Shape};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::ploc::PlocBuilder;
-use obvhs::{Boundable, BvhBuildParams};
-
 /// A scene under construction.
 #[derive(Default)]
 struct Builder {
@@ -21,20 +17,11 @@ struct Builder {
     shapes: Vec<Shape>,
 }
 
-#[derive(Clone, Copy)]
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 impl Builder {
     fn flat(&mut self, kind: u32, corners: [Vec3; 4]) {
         let [a, b, c, d] = corners;
         let (low, high) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
-        self.boxes.push(Bounds(Aabb { min: low.into(), max: high.into() }));
+        self.boxes.push(Bounds { low, high });
         self.primitives.push(flat(kind, 0, self.primitives.len() as u32, corners));
     }
 
@@ -57,7 +44,7 @@ impl Builder {
         let rows = place.matrix3.transpose();
         let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let (low, high) = (place.translation - half, place.translation + half);
-        self.boxes.push(Bounds(Aabb { min: low.as_vec3a(), max: high.as_vec3a() }));
+        self.boxes.push(Bounds { low: low.as_vec3(), high: high.as_vec3() });
         self.primitives.push(round(self.shapes.len() as u32));
         self.shapes.push(placed(place));
     }
@@ -70,40 +57,12 @@ impl Builder {
         packed
     }
 
-    /// As the renderer does: boxes padded, two trees, primitives in the order of the wide one's leaves.
+    /// With a tree.
     fn build(mut self) -> Packed {
-        let reach = self
-            .boxes
-            .iter()
-            .fold(0.0_f32, |reach, b| reach.max(b.0.min.abs().max_element()).max(b.0.max.abs().max_element()));
-        let pad = Vec3A::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
-        for b in &mut self.boxes {
-            b.0.min -= pad;
-            b.0.max += pad;
-        }
-        let config = BvhBuildParams::fast_build();
-        let mut narrow = PlocBuilder::with_capacity(self.boxes.len()).build(
-            config.ploc_search_distance,
-            &self.boxes,
-            (0..self.boxes.len() as u32).collect(),
-            config.sort_precision,
-            config.search_depth_threshold,
-        );
-        ReinsertionOptimizer::default().run(&mut narrow, config.reinsertion_batch_ratio, None);
-        let bvh = bvh2_to_cwbvh(&narrow, config.max_prims_per_leaf.clamp(1, 3), true, false);
-        let primitives: Vec<_> = bvh.primitive_indices.iter().map(|&i| self.primitives[i as usize]).collect();
-        let mut position = vec![0; primitives.len()];
-        for (i, &primitive) in bvh.primitive_indices.iter().enumerate() {
-            position[primitive as usize] = i as u32;
-        }
-        for primitive in &mut narrow.primitive_indices {
-            *primitive = position[*primitive as usize];
-        }
         let mut packed = Packed::empty();
-        packed.params.primitive_count = primitives.len() as u32;
-        packed.primitives = primitives;
-        packed.bvh = bvh;
-        packed.narrow = Some(narrow);
+        packed.params.primitive_count = self.primitives.len() as u32;
+        packed.tree = build(&mut self.primitives, &self.boxes, &self.shapes);
+        packed.primitives = self.primitives;
         if !self.shapes.is_empty() {
             packed.shapes = self.shapes;
         }
@@ -116,11 +75,11 @@ fn ball(centre: DVec3, radius: f64) -> DAffine3 {
     DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(radius))
 }
 
-/// Runs `f` over the binary tree, then over the wide one.
-fn with_each_tree(mut packed: Packed, mut f: impl FnMut(&Kernel<'_>)) {
-    packed.with_kernel(&mut f);
-    packed.narrow = None;
-    packed.with_kernel(&mut f);
+/// Runs `f` with each set of instructions that this CPU has.
+fn with_each_isa(packed: &Packed, mut f: impl FnMut(&Kernel<'_>)) {
+    for &isa in Isa::ALL.iter().filter(|isa| isa.is_there()) {
+        packed.with_kernel_on(isa, &mut f);
+    }
 }
 
 fn by_brute_force(k: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
@@ -210,7 +169,7 @@ fn check_watertight(name: &str, mesh: &Faces, inside: f32, rays: usize) {
     let packed = builder.build();
     // Every ray by the tree, as many as there is time for by brute force.
     let exhaustive = 2_000_000 / mesh.1.len();
-    with_each_tree(packed, |k| {
+    with_each_isa(&packed, |k| {
         let mut random = Random(1);
         let mut done = 0;
         while done < rays {
@@ -226,7 +185,7 @@ fn check_watertight(name: &str, mesh: &Faces, inside: f32, rays: usize) {
                 assert!(bvh_any(k, o, d, FAR, NONE), "{name}: no hit at all of {o:?} {d:?}");
                 if done < exhaustive {
                     let brute = by_brute_force(k, o, d, FAR, NONE);
-                    assert_eq!(hit.t, brute.t, "{name}: {o:?} {d:?}");
+                    assert_eq!(hit, brute, "{name}: {o:?} {d:?}");
                 }
                 done += 1;
             }
@@ -277,7 +236,7 @@ fn the_tree_finds_what_brute_force_finds() {
                 builder.sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), centre));
             }
         }
-        with_each_tree(builder.build(), |k| {
+        with_each_isa(&builder.build(), |k| {
             let mut hits = 0;
             for i in 0..20_000 {
                 let o = random.cube(2.0 * size);
@@ -285,7 +244,7 @@ fn the_tree_finds_what_brute_force_finds() {
                 let t_max = if i % 2 == 0 { FAR } else { random.within(0.0, 2.0 * size) };
                 let start = if i % 3 == 0 { (random.bits() % 300) as u32 } else { NONE };
                 let (tree, brute) = (bvh_closest(k, o, d, t_max, start), by_brute_force(k, o, d, t_max, start));
-                assert_eq!(tree.t, brute.t, "scene {scene}: {o:?} {d:?} to {t_max} from {start}");
+                assert_eq!(tree, brute, "scene {scene}: {o:?} {d:?} to {t_max} from {start}");
                 assert_eq!(bvh_any(k, o, d, t_max, start), brute.id != NONE, "scene {scene}: any of {o:?} {d:?}");
                 hits += usize::from(tree.id != NONE);
                 if tree.id != NONE {
@@ -330,7 +289,7 @@ fn spheres_of_all_sizes_are_hit_where_they_are() {
     for (radius, centre, distance) in cases {
         let mut builder = Builder::default();
         builder.sphere(ball(centre, radius));
-        with_each_tree(builder.build(), |k| {
+        with_each_isa(&builder.build(), |k| {
             let mut worst = 0.0_f64;
             for _ in 0..20_000 {
                 let from = random.direction() * (radius + distance) as f32;
@@ -357,7 +316,7 @@ fn a_ray_that_starts_on_a_sphere_leaves_it_or_crosses_it() {
     for (radius, centre) in [(1.0, DVec3::ZERO), (1e-3, DVec3::new(1.0, 2.0, 3.0)), (1e4, DVec3::new(0.0, -1e4, 0.0))] {
         let mut builder = Builder::default();
         builder.sphere(ball(centre, radius));
-        with_each_tree(builder.build(), |k| {
+        with_each_isa(&builder.build(), |k| {
             for _ in 0..20_000 {
                 let from = centre.as_vec3() + random.direction() * (3.0 * radius) as f32;
                 let hit = bvh_closest(k, from, (centre.as_vec3() - from).normalize(), FAR, NONE);
@@ -496,4 +455,163 @@ fn edge_weights_give_the_point() {
             assert!((s.p - target).length() < 1e-4 && (s.ng - normal.normalize()).length() < 1e-5);
         });
     }
+}
+
+/// Rays that are hard to get right in a scene of that size: axis-parallel, through corners and along edges, from corners
+/// and from far away, and some that are no rays at all.
+fn hard_rays(packed: &Packed, size: f32, count: usize, random: &mut Random) -> Vec<(Vec3, Vec3, f32, u32)> {
+    let corner = |random: &mut Random| {
+        let p = packed.primitives[random.bits() as usize % packed.primitives.len()];
+        let i = random.bits() as usize % 4;
+        Vec3::new(p.x[i], p.y[i], p.z[i])
+    };
+    let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    let mut rays = Vec::new();
+    for i in 0..count {
+        let o = match i % 5 {
+            0 => corner(random),
+            1 => random.direction() * (1000.0 * size),
+            2 => corner(random) + axes[random.bits() as usize % 6] * random.unit() * size,
+            _ => random.cube(1.5 * size),
+        };
+        let target = match i % 7 {
+            0 => corner(random),
+            1 => corner(random).midpoint(corner(random)),
+            _ => random.cube(size),
+        };
+        let d = match i % 11 {
+            0 => axes[random.bits() as usize % 6],
+            1 => Vec3::new(random.unit() - 0.5, 0.0, random.unit() - 0.5).normalize_or_zero(),
+            2 => (axes[random.bits() as usize % 6] + random.cube(1e-8)).normalize_or_zero(),
+            3 => -(target - o).normalize_or_zero(),
+            _ => (target - o).normalize_or_zero(),
+        };
+        let d = if i % 997 == 0 { Vec3::NAN } else { d };
+        let t_max = if i % 3 == 0 { random.unit() * size } else { FAR };
+        let start = if i % 2 == 0 { NONE } else { random.bits() as u32 % packed.params.primitive_count };
+        rays.push((o, d, t_max, start));
+    }
+    rays
+}
+
+/// Every query gives, to the bit, what the translated `hit_primitive` gives for one primitive after the other.
+#[track_caller]
+fn check_bits(name: &str, builder: Builder, size: f32, count: usize) {
+    let packed = builder.build();
+    let mut random = Random(8);
+    let rays = hard_rays(&packed, size, count, &mut random);
+    let bits = |h: Hit| (h.t.to_bits(), h.id, h.uv.x.to_bits(), h.uv.y.to_bits());
+    // Of what is seen exactly edge-on, all edges' signs are rounding, and a hit may lie anywhere along it, out of its box.
+    let edge_on = |id: u32, d: Vec3| {
+        packed.primitives.get(id as usize).is_some_and(|p| {
+            let corner = |i: usize| Vec3::new(p.x[i], p.y[i], p.z[i]).as_dvec3();
+            let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+            let longest = (corner(1) - corner(0)).length().max((corner(2) - corner(0)).length());
+            normal.dot(d.as_dvec3()).abs() <= 1e-5 * longest * longest
+        })
+    };
+    let mut odd = 0;
+    let want: Vec<Hit> = packed.with_kernel_on(Isa::Portable, |k| {
+        rays.iter().map(|&(o, d, t_max, start)| by_brute_force(k, o, d, t_max, start)).collect()
+    });
+    let hits = want.iter().filter(|hit| hit.id != NONE).count();
+    assert!(hits > count / 100, "{name}: {hits} hits of {count}");
+    with_each_isa(&packed, |k| {
+        for (&(o, d, t_max, start), &want) in rays.iter().zip(&want) {
+            let hit = bvh_closest(k, o, d, t_max, start);
+            if bits(hit) != bits(want) && (edge_on(want.id, d) || edge_on(hit.id, d)) {
+                odd += 1;
+                continue;
+            }
+            assert_eq!(bits(hit), bits(want), "{name}: {hit:?}, not {want:?}: {o} {d} to {t_max} from {start}");
+            assert_eq!(
+                bvh_any(k, o, d, t_max, start),
+                want.id != NONE,
+                "{name}: any of {o} {d} to {t_max} from {start}"
+            );
+        }
+        for (i, (rays, want)) in rays.chunks(BATCH).zip(want.chunks(BATCH)).enumerate() {
+            // What is not active may be anything.
+            let mut batch = Rays { o: [[f32::NAN; BATCH]; 3], t_max: [f32::INFINITY; BATCH], ..Rays::default() };
+            let mut active = 0;
+            for (lane, &(o, d, t_max, start)) in rays.iter().enumerate() {
+                for axis in 0..3 {
+                    (batch.o[axis][lane], batch.d[axis][lane]) = (o[axis], d[axis]);
+                }
+                (batch.t_max[lane], batch.start[lane]) = (t_max, start);
+                active |= u32::from((i + lane) % 5 > 0) << lane;
+            }
+            let mut hits = Hits::default();
+            let found = bvh_closest_many(k, &batch, active, &mut hits);
+            let any = bvh_any_many(k, &batch, active);
+            for (lane, &want) in want.iter().enumerate() {
+                let hit = Hit { t: hits.t[lane], id: hits.id[lane], uv: glam::Vec2::new(hits.u[lane], hits.v[lane]) };
+                let want = if active >> lane & 1 == 1 { want } else { k.no_hit() };
+                if bits(hit) != bits(want) && (edge_on(want.id, rays[lane].1) || edge_on(hit.id, rays[lane].1)) {
+                    odd += 1;
+                    continue;
+                }
+                assert_eq!(bits(hit), bits(want), "{name}: batch {i}, {:?}", rays[lane]);
+                assert_eq!(found >> lane & 1 == 1, want.id != NONE, "{name}: batch {i}, {:?}", rays[lane]);
+                assert_eq!(any >> lane & 1 == 1, want.id != NONE, "{name}: batch {i}, {:?}", rays[lane]);
+            }
+        }
+    });
+    assert!(odd <= count / 500, "{name}: {odd} odd hits of what is seen edge-on");
+}
+
+/// Primitives of all kinds, many of which touch or coincide.
+fn medley(count: usize, size: f32) -> Builder {
+    let mut random = Random(9);
+    let mut builder = Builder::default();
+    let grid = |random: &mut Random| (random.cube(4.0).round() * 0.25) * size;
+    for i in 0..count {
+        let a = grid(&mut random);
+        let (u, v) = (random.cube(1.0).round() * 0.5 * size, random.cube(1.0) * 0.3 * size);
+        match i % 5 {
+            0 | 1 => builder.triangle([a, a + u, a + v]),
+            2 => builder.triangle([a, grid(&mut random), grid(&mut random)]),
+            3 => builder.flat(PRIMITIVE_PARALLELOGRAM, [a, a + u, a + u + v, a + v]),
+            _ => {
+                let scale = DVec3::new(0.02, 0.05, 0.1) * f64::from(size) * if i % 2 == 0 { 1.0 } else { 4.0 };
+                let turn = DMat3::from_axis_angle(random.direction().as_dvec3().normalize(), 1.0);
+                builder.sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), a.as_dvec3()));
+            }
+        }
+    }
+    builder
+}
+
+#[test]
+fn all_instructions_give_the_bits_of_the_scalar_test() {
+    for (count, rays) in
+        [(1, 20_000), (2, 20_000), (7, 50_000), (20, 100_000), (32, 100_000), (33, 100_000), (200, 50_000)]
+    {
+        for size in [1.0, 1e-3, 1e4] {
+            check_bits(&format!("{count} of {size} m"), medley(count, size), size, rays);
+        }
+    }
+    check_bits("many", medley(6_000, 1.0), 1.0, 2_000);
+}
+
+#[test]
+fn a_thousand_in_one_place_are_no_deep_tree() {
+    let mut builder = Builder::default();
+    for _ in 0..1_000 {
+        builder.triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
+        builder.sphere(ball(DVec3::new(0.5, 0.5, 0.0), 0.5));
+    }
+    check_bits("in one place", builder, 1.0, 2_000);
+}
+
+#[test]
+fn the_tree_does_not_depend_on_the_threads() {
+    let tree = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| medley(50_000, 1.0).build())
+    };
+    let (one, three) = (tree(1), tree(3));
+    assert_eq!(one.primitives, three.primitives);
+    let nodes = |packed: &Packed| packed.compressed().expect("a flat tree").node_bytes();
+    assert_eq!(nodes(&one), nodes(&three));
 }

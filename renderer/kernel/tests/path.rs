@@ -10,10 +10,8 @@ use kinora_kernel::generated::{
     COMPENSATE, DELTA_PDF, DIELECTRIC_THIN, DIFFUSE_EON, FAR, FEATURE_CUTOUT, LIGHT_PARALLELOGRAM, MATERIAL_EMITTER,
     NONE, PRIMITIVE_PARALLELOGRAM,
 };
+use kinora_kernel::query::{Bounds, build};
 use kinora_kernel::{Kernel, Light, Material, Packed};
-use obvhs::aabb::Aabb;
-use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::{Boundable, BvhBuildParams};
 
 #[test]
 fn weights_of_the_techniques_sum_to_one() {
@@ -88,11 +86,8 @@ impl Scene {
         let shape = self.0.shapes.len() as u32;
         self.0.primitives =
             vec![flat(PRIMITIVE_PARALLELOGRAM, shape, 0, [corner, corner + u, corner + u + v, corner + v])];
-        self.0.bvh = build_cwbvh(
-            &[Square(corner, corner + u + v)],
-            BvhBuildParams::fast_build(),
-            &mut std::time::Duration::default(),
-        );
+        let bounds = [Bounds { low: corner - 1e-5, high: corner + u + v + 1e-5 }];
+        self.0.tree = build(&mut self.0.primitives, &bounds, &self.0.shapes);
         let emitter = self.0.materials.len() as u32;
         self.0.materials.push(Material {
             color: Vec4::ONE,
@@ -147,16 +142,6 @@ impl Scene {
     fn check(&self, name: &str, samples: u32, want: f64, tolerance: f64) {
         let mean = self.mean(samples);
         assert!((mean.mean() - want).abs() <= tolerance, "{name}: {} ± {}, not {want}", mean.mean(), mean.error());
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Square(Vec3, Vec3);
-
-impl Boundable for Square {
-    fn aabb(&self) -> Aabb {
-        let pad = Vec3::splat(1e-6);
-        Aabb { min: (self.0.min(self.1) - pad).into(), max: (self.0.max(self.1) + pad).into() }
     }
 }
 

@@ -11,6 +11,8 @@ use std::time::Instant;
 
 use glam::{UVec2, Vec4, Vec4Swizzles};
 use kinora_kernel::Packed;
+use kinora_kernel::packed::TooDeep;
+use kinora_kernel::query::Compressed;
 
 use crate::backend::{Backend, BackendError, Control};
 use crate::film::Survey;
@@ -173,12 +175,12 @@ impl Gpu {
         Ok(buffer)
     }
 
-    fn make_scene(&mut self, packed: &Packed) -> Result<Scene, BackendError> {
+    fn make_scene(&mut self, packed: &Packed, compressed: &Compressed) -> Result<Scene, BackendError> {
         let storage = |what, bytes: &[u8]| self.array(what, bytes, wgpu::BufferUsages::STORAGE);
         let buffers = [
             self.array("parameters", bytemuck::bytes_of(&packed.params), self.kernel.constants_usage())?,
-            storage("nodes of the tree", &packed.node_bytes())?,
-            storage("primitives", bytemuck::cast_slice(&packed.primitives))?,
+            storage("nodes of the tree", &compressed.node_bytes())?,
+            storage("primitives", bytemuck::cast_slice(&compressed.primitives))?,
             storage("shapes", bytemuck::cast_slice(&packed.shapes))?,
             storage("materials", bytemuck::cast_slice(&packed.materials))?,
             storage("lights", bytemuck::cast_slice(&packed.lights))?,
@@ -353,8 +355,10 @@ impl Backend for Gpu {
 
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
         packed.validate().map_err(BackendError::Invalid)?;
+        let compressed = packed.compressed().map_err(|TooDeep { depth }| BackendError::TooDeep { depth })?;
+        compressed.validate().map_err(BackendError::Invalid)?;
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let scene = self.make_scene(&packed);
+        let scene = self.make_scene(&packed, &compressed);
         if let Some(error) = pollster::block_on(memory.pop()) {
             return Err(BackendError::Device(error.to_string()));
         }

@@ -1,33 +1,24 @@
 //! Shapes as primitives of the tree, with their boxes and lights.
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec3A, Vec4};
+use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
     LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM,
     PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
 };
+use kinora_kernel::query::Bounds;
 use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape};
 use kinora_scene::{Frame, Instance, Mesh, Shape, Still, World};
-use obvhs::{Boundable, aabb::Aabb};
+use rayon::prelude::*;
 
 use super::lights::{Light, light, luminance};
 use super::materials::{add_emitters, emitters};
 use super::{NO_LIGHT, PackError, TURN};
 
-/// The box of a primitive.
-#[derive(Clone, Copy)]
-pub struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 /// What `pack` collects, primitives in the order in which they come.
 #[derive(Default)]
 pub struct Geometry {
     pub primitives: Vec<Primitive>,
-    pub boxes: Vec<Bounds>,
+    pub bounds: Vec<Bounds>,
     pub shapes: Vec<PackedShape>,
     pub lights: Vec<Light>,
     /// Those of the world, then what belongs to them or to single shapes.
@@ -68,17 +59,15 @@ impl Geometry {
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
-            Shape::Torus { radius_m, tube_m } => {
-                self.add_mesh(shape, first, place, &torus(*radius_m, *tube_m), emission);
-            }
-            Shape::Mesh(mesh) => self.add_mesh(shape, first, place, mesh, emission),
+            Shape::Torus { radius_m, tube_m } => self.add_mesh(shape, place, &torus(*radius_m, *tube_m), emission),
+            Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission),
         }
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
         record.index = UVec4::new(instance.material as u32, first_light, record.index.z, instance.node as u32);
         self.shapes.push(record);
 
-        let far = |v: Vec3A| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
-        let outside = self.boxes[first..].iter().any(|b| far(b.0.min) || far(b.0.max));
+        let far = |v: Vec3| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
+        let outside = self.bounds[first..].iter().any(|b| far(b.low) || far(b.high));
         let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
         if outside || matrices.iter().any(|row| !row.is_finite()) {
             return Err(PackError::Coordinates { node: instance.node });
@@ -103,15 +92,15 @@ impl Geometry {
     }
 
     /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
-    pub fn pad_boxes(&mut self) {
+    pub fn pad_bounds(&mut self) {
         let reach = self
-            .boxes
+            .bounds
             .iter()
-            .fold(0.0_f32, |reach, b| reach.max(b.0.min.abs().max_element()).max(b.0.max.abs().max_element()));
-        let pad = Vec3A::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
-        for b in &mut self.boxes {
-            b.0.min -= pad;
-            b.0.max += pad;
+            .fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
+        let pad = Vec3::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
+        for b in &mut self.bounds {
+            b.low -= pad;
+            b.high += pad;
         }
     }
 
@@ -119,24 +108,9 @@ impl Geometry {
         let rows = place.matrix3.transpose();
         let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let centre = place.translation;
-        self.boxes.push(Bounds(Aabb { min: (centre - half).as_vec3a(), max: (centre + half).as_vec3a() }));
+        self.bounds.push(Bounds { low: (centre - half).as_vec3(), high: (centre + half).as_vec3() });
         self.primitives
             .push(Primitive { shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_SPHERE), ..Primitive::default() });
-    }
-
-    // `index`: of the primitive in its shape.
-    fn add_flat(&mut self, kind_and_shape: u32, index: usize, corners: [DVec3; 4], normals: [u32; 3]) {
-        let [a, b, c, d] = corners.map(|p| p.as_vec3());
-        let low = a.min(b).min(c).min(d);
-        let high = a.max(b).max(c).max(d);
-        self.boxes.push(Bounds(Aabb { min: low.into(), max: high.into() }));
-        self.primitives.push(Primitive {
-            x: Vec4::new(a.x, b.x, c.x, d.x),
-            y: Vec4::new(a.y, b.y, c.y, d.y),
-            z: Vec4::new(a.z, b.z, c.z, d.z),
-            shade: UVec4::new(normals[0], normals[1], normals[2], kind_and_shape),
-            index: UVec4::new(index as u32, 0, 0, 0),
-        });
     }
 
     // A rectangle about the origin of `place`, as one primitive and one light.
@@ -157,10 +131,11 @@ impl Geometry {
         }
         let origin = place.translation - (u + v) * 0.5;
         let corners = [origin, origin + u, origin + u + v, origin + v];
-        self.add_flat(shape | PRIMITIVE_PARALLELOGRAM, self.primitives.len() - first, corners, [0; 3]);
-        if let (true, Some(primitive)) = (mirrored, self.primitives.last_mut()) {
-            primitive.index.y = 1;
-        }
+        let index = self.primitives.len() - first;
+        let (mut primitive, bounds) = flat(shape | PRIMITIVE_PARALLELOGRAM, index, corners, [0; 3]);
+        primitive.index.y = u32::from(mirrored);
+        self.primitives.push(primitive);
+        self.bounds.push(bounds);
         if let Some(power_per_m2) = emission {
             let area = u.cross(v).length();
             let square = u.dot(v).abs() <= 1e-7 * u.length() * v.length();
@@ -169,36 +144,53 @@ impl Geometry {
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, first: usize, place: DAffine3, mesh: &Mesh, emission: Option<f64>) {
-        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
+    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<f64>) {
+        let positions: Vec<DVec3> = mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
         let by_normal = normal_matrix(place);
         let normals: Vec<u32> = mesh
             .normals
-            .iter()
+            .par_iter()
             .map(|n| encode_normal((by_normal * n.as_dvec3()).normalize_or_zero().as_vec3()))
             .collect();
         let mirrored = place.matrix3.determinant() < 0.0;
-        self.primitives.reserve(mesh.triangles.len());
-        self.boxes.reserve(mesh.triangles.len());
-        for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let indices = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|v| v as usize);
-            let [a, b, c] = if mirrored { [a, c, b] } else { [a, b, c] };
-            let corners = [positions[a], positions[b], positions[c]];
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        };
+        let flats = mesh.triangles.par_iter().enumerate().map(|(i, triangle)| {
+            let [a, b, c] = indices(triangle);
             let shade = match normals.as_slice() {
                 [] => [0; 3],
                 n if n[a] == 0 || n[b] == 0 || n[c] == 0 => [0; 3],
                 n => [n[a], n[b], n[c]],
             };
-            debug_assert_eq!(self.primitives.len() - first, i);
-            let [a, b, c] = corners;
-            self.add_flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
-            if let Some(power_per_m2) = emission {
-                let edges = [corners[1] - corners[0], corners[2] - corners[0]];
-                let area = 0.5 * edges[0].cross(edges[1]).length();
-                self.lights.push(light(LIGHT_TRIANGLE, shape, corners[0], edges, area, area * power_per_m2));
-            }
+            let [a, b, c] = [positions[a], positions[b], positions[c]];
+            flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade)
+        });
+        let (primitives, bounds): (Vec<_>, Vec<_>) = flats.unzip();
+        self.primitives.extend(primitives);
+        self.bounds.extend(bounds);
+        let Some(power_per_m2) = emission else { return };
+        for triangle in &mesh.triangles {
+            let [a, b, c] = indices(triangle).map(|v| positions[v]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            self.lights.push(light(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, area * power_per_m2));
         }
     }
+}
+
+// A flat primitive and its box. `index`: of the primitive in its shape.
+fn flat(kind_and_shape: u32, index: usize, corners: [DVec3; 4], normals: [u32; 3]) -> (Primitive, Bounds) {
+    let [a, b, c, d] = corners.map(|p| p.as_vec3());
+    let bounds = Bounds { low: a.min(b).min(c).min(d), high: a.max(b).max(c).max(d) };
+    let primitive = Primitive {
+        x: Vec4::new(a.x, b.x, c.x, d.x),
+        y: Vec4::new(a.y, b.y, c.y, d.y),
+        z: Vec4::new(a.z, b.z, c.z, d.z),
+        shade: UVec4::new(normals[0], normals[1], normals[2], kind_and_shape),
+        index: UVec4::new(index as u32, 0, 0, 0),
+    };
+    (primitive, bounds)
 }
 
 /// The area in the world; infinite for a plane.

@@ -16,13 +16,9 @@ use glam::{DVec3, UVec4, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{FEATURE_CUTOUT, FEATURE_MATERIAL, NONE, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO};
 use kinora_kernel::packed::TooDeep;
-use kinora_kernel::query::NARROW_STACK;
+use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
 use kinora_scene::{Background, Instance, Mis, Sampler, World};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
-use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
-use obvhs::ploc::PlocBuilder;
 
 use geometry::Geometry;
 
@@ -99,7 +95,8 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     }
     let light_count = lights::choose_by_power(&mut geometry.lights);
     let primitive_count = geometry.primitives.len() as u32;
-    let (bvh, narrow) = build_trees(&mut geometry);
+    geometry.pad_bounds();
+    let tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
     let mut params = Params { plane_count, primitive_count, light_count, ..params(world) };
     let cut_out = |instance: &Instance| geometry.materials.get(instance.material).is_some_and(|m| m.more.w < 1.0);
     if world.instances.iter().any(cut_out) {
@@ -113,8 +110,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     tables.extend_from_slice(albedo::tables());
     let mut packed = Packed {
         params,
-        bvh,
-        narrow,
+        tree,
         primitives: not_empty(geometry.primitives),
         shapes: not_empty(geometry.shapes),
         materials: not_empty(geometry.materials),
@@ -131,55 +127,6 @@ fn not_empty<T: Default>(mut items: Vec<T>) -> Vec<T> {
         items.push(T::default());
     }
     items
-}
-
-/// Up to here a binary tree is faster on a CPU than a wide one (measured: 100k triangles).
-const MAX_NARROW: usize = 100_000;
-/// Up to here the tree is built with the greatest care.
-const MAX_TUNED: usize = 2_000;
-
-// Builds the tree, both ways where that pays, and puts the primitives into the order of the wide tree's leaves.
-fn build_trees(geometry: &mut Geometry) -> (CwBvh, Option<Bvh2>) {
-    let count = geometry.primitives.len();
-    if count == 0 {
-        return (CwBvh::default(), None);
-    }
-    geometry.pad_boxes();
-    // The slowest preset takes milliseconds for few primitives, and gives 8 % (Cornell box); for many the fast one
-    // traces as well.
-    let config = if count <= MAX_TUNED { BvhBuildParams::very_slow_build() } else { BvhBuildParams::fast_build() };
-    let mut narrow = PlocBuilder::with_capacity(count).build(
-        config.ploc_search_distance,
-        &geometry.boxes,
-        (0..count as u32).collect(),
-        config.sort_precision,
-        config.search_depth_threshold,
-    );
-    ReinsertionOptimizer::default().run(&mut narrow, config.reinsertion_batch_ratio, None);
-    let bvh = bvh2_to_cwbvh(&narrow, config.max_prims_per_leaf.clamp(1, 3), true, false);
-    geometry.primitives = bvh.primitive_indices.iter().map(|&i| geometry.primitives[i as usize]).collect();
-    if count > MAX_NARROW || depth(&narrow) >= NARROW_STACK {
-        return (bvh, None);
-    }
-    let mut position = vec![0; count];
-    for (i, &primitive) in bvh.primitive_indices.iter().enumerate() {
-        position[primitive as usize] = i as u32;
-    }
-    for primitive in &mut narrow.primitive_indices {
-        *primitive = position[*primitive as usize];
-    }
-    (bvh, Some(narrow))
-}
-
-fn depth(bvh: &Bvh2) -> usize {
-    let mut levels = 0;
-    let mut level = vec![0_u32];
-    while !level.is_empty() {
-        levels += 1;
-        let inner = level.iter().map(|&node| &bvh.nodes[node as usize]).filter(|node| !node.is_leaf());
-        level = inner.flat_map(|node| [node.first_index, node.first_index + 1]).collect();
-    }
-    levels
 }
 
 fn params(world: &World) -> Params {

@@ -1,0 +1,225 @@
+//! The walk of a ray through the tree: eight boxes or primitives at a time.
+
+use super::lanes::{BATCH, Eight, Row, Stack, WIDTH};
+use super::ray::{Hits, Prepared, Rays, splat};
+use super::shapes::{LaneHits, Probe, flats, spheres};
+use super::tree::{ITEM_KIND, ITEM_NODE, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Node, Tree};
+use crate::generated::{FAR, Hit, NONE};
+
+/// Orders of visit by the signs of a ray's direction and the mask of the slots that it meets, the slots as bytes: the
+/// nearest in the last byte, the others in the first ones, farthest first.
+static ORDERS: [[u64; 256]; 8] = orders();
+
+const fn orders() -> [[u64; 256]; 8] {
+    let mut all = [[0; 256]; 8];
+    let mut negative = 0;
+    while negative < 8 {
+        let mut mask = 0;
+        while mask < 256 {
+            let (mut order, mut count, mut rank, mut nearest) = (0_u64, 0, 0, 0);
+            while rank < 8 {
+                // Bits set: axes along which the slot lies on the far side.
+                let far = [7, 6, 5, 3, 4, 2, 1, 0][rank];
+                let slot = far ^ negative;
+                if mask >> slot & 1 == 1 {
+                    order |= (slot as u64) << (8 * count);
+                    count += 1;
+                    nearest = slot as u64;
+                }
+                rank += 1;
+            }
+            all[negative][mask] = order & (u64::MAX >> 8) | nearest << 56;
+            mask += 1;
+        }
+        negative += 1;
+    }
+    all
+}
+
+/// How far a ray is.
+struct Walk {
+    item: u32,
+    start: u32,
+    best: Hit,
+    found: bool,
+    /// What lies farther need not be visited.
+    cull: f32,
+}
+
+const NOTHING: Hit = Hit { t: FAR, id: NONE, uv: glam::Vec2::ZERO };
+
+impl Walk {
+    #[inline(always)]
+    fn new(root: u32, t_max: f32, start: u32, slack: f32) -> Self {
+        // Of two hits at one distance the lower index wins; nothing is below the first.
+        let best = Hit { t: t_max, id: 0, ..Hit::default() };
+        Self { item: root, start, best, found: false, cull: t_max + slack }
+    }
+
+    /// Visits a node or a leaf with ray `i`; false after the last.
+    #[inline(always)]
+    fn step<L: Eight, const ANY: bool, const N: usize>(
+        &mut self,
+        tree: &Tree,
+        rays: &Prepared<N>,
+        i: usize,
+        stack: &mut Stack,
+    ) -> bool {
+        if self.item & ITEM_KIND == ITEM_NODE {
+            let Some(node) = tree.nodes.get(self.item as usize) else { return false };
+            let (near, mask) = meets::<L, N>(node, rays, i, L::splat(self.cull));
+            if mask != 0 {
+                let order = ORDERS[rays.negative[i] as usize & 7][mask as usize & 0xff];
+                let items = L::load(bytemuck::cast_ref::<_, [f32; WIDTH]>(&node.items)).permute(order);
+                stack.push(near.permute(order), items, mask.count_ones() as usize - 1);
+                self.item = node.items[(order >> 56) as usize % WIDTH];
+                return true;
+            }
+        } else if let Some((hits, ids)) = leaf::<L, N>(tree, self.item, rays, i, L::splat(self.best.t), self.start) {
+            if ANY {
+                if L::bits(L::and(hits.mask, hits.t.lt(L::splat(self.best.t)))) != 0 {
+                    self.found = true;
+                    return false;
+                }
+            } else {
+                self.improve(&hits, ids, rays.slack[i]);
+            }
+        }
+        while let Some((near, next)) = stack.pop() {
+            if ANY || near <= self.cull {
+                self.item = next;
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn improve<L: Eight>(&mut self, hits: &LaneHits<L>, ids: &Row, slack: f32) {
+        let mut mask = L::bits(hits.mask);
+        if mask == 0 {
+            return;
+        }
+        let (mut t, mut u, mut v) = (Row::default(), Row::default(), Row::default());
+        hits.t.store(&mut t.0);
+        hits.u.store(&mut u.0);
+        hits.v.store(&mut v.0);
+        while mask != 0 {
+            let i = mask.trailing_zeros() as usize % WIDTH;
+            mask &= mask - 1;
+            let id = ids.0[i].to_bits();
+            if t.0[i] < self.best.t || (t.0[i] == self.best.t && id < self.best.id) {
+                self.best = Hit { t: t.0[i], id, uv: glam::Vec2::new(u.0[i], v.0[i]) };
+                self.found = true;
+            }
+        }
+        self.cull = self.best.t + slack;
+    }
+
+    #[inline(always)]
+    fn hit(&self) -> Hit {
+        if self.found { self.best } else { NOTHING }
+    }
+}
+
+/// Where ray `i` enters a node's boxes, and which of them it meets before `cull`.
+#[inline(always)]
+fn meets<L: Eight, const N: usize>(node: &Node, rays: &Prepared<N>, i: usize, cull: L) -> (L, u32) {
+    let negative = rays.negative[i] as usize;
+    let (mut near, mut far) = (L::splat(0.0), cull);
+    for axis in 0..3 {
+        let side = negative >> axis & 1;
+        let inverse = L::splat(rays.inverse[axis][i]);
+        let enter = L::load(&node.bounds[axis][side].0).mul_add(inverse, L::splat(rays.near[axis][i]));
+        let leave = L::load(&node.bounds[axis][side ^ 1].0).mul_add(inverse, L::splat(rays.far[axis][i]));
+        // What is no number is the first operand and so has no say.
+        near = enter.max(near);
+        far = leave.min(far);
+    }
+    (near, L::bits(near.le(far)))
+}
+
+/// The leaf's primitives against ray `i`, up to and with `t_max`, and their indices.
+#[inline(always)]
+fn leaf<'a, L: Eight, const N: usize>(
+    tree: &'a Tree,
+    item: u32,
+    rays: &Prepared<N>,
+    i: usize,
+    t_max: L,
+    start: u32,
+) -> Option<(LaneHits<L>, &'a Row)> {
+    let ray = Probe { o: splat(&rays.o, i), x: splat(&rays.x, i), y: splat(&rays.y, i), d: splat(&rays.d, i) };
+    let rows = tree.rows.get((item & !ITEM_KIND) as usize..)?;
+    let start = L::splat(f32::from_bits(start));
+    let (hits, ids) = match item & ITEM_KIND {
+        ITEM_TRIANGLES => {
+            let (rows, rest) = rows.split_first_chunk::<9>()?;
+            (flats(ray, corners::<L, 3>(bytemuck::cast_ref(rows)), t_max)?, rest.first()?)
+        }
+        ITEM_PARALLELOGRAMS => {
+            let (rows, rest) = rows.split_first_chunk::<12>()?;
+            (flats(ray, corners::<L, 4>(bytemuck::cast_ref(rows)), t_max)?, rest.first()?)
+        }
+        ITEM_SPHERES => {
+            let (rows, rest) = rows.split_first_chunk::<12>()?;
+            let ids = rest.first()?;
+            let rows: &[[Row; 4]; 3] = bytemuck::cast_ref(rows);
+            let mut lanes = [[L::splat(0.0); 4]; 3];
+            for axis in 0..3 {
+                for column in 0..4 {
+                    lanes[axis][column] = L::load(&rows[axis][column].0);
+                }
+            }
+            return Some((spheres(ray, lanes, L::load(&ids.0).same_bits(start), t_max), ids));
+        }
+        _ => return None,
+    };
+    let mask = L::and_not(L::load(&ids.0).same_bits(start), hits.mask);
+    Some((LaneHits { mask, ..hits }, ids))
+}
+
+#[inline(always)]
+fn corners<L: Eight, const C: usize>(rows: &[[Row; 3]; C]) -> [[L; 3]; C] {
+    let mut lanes = [[L::splat(0.0); 3]; C];
+    for corner in 0..C {
+        for axis in 0..3 {
+            lanes[corner][axis] = L::load(&rows[corner][axis].0);
+        }
+    }
+    lanes
+}
+
+/// One ray: the nearest hit, or any.
+#[inline(always)]
+pub fn one<L: Eight, const ANY: bool>(tree: &Tree, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
+    let Some(root) = tree.root else { return NOTHING };
+    let all = |x: f32| [x; WIDTH];
+    let rays =
+        Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
+    let mut walk = Walk::new(root, t_max, start, rays.slack[0]);
+    let mut stack = Stack::new();
+    while walk.step::<L, ANY, WIDTH>(tree, &rays, 0, &mut stack) {}
+    walk.hit()
+}
+
+/// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something.
+#[inline(always)]
+pub fn many<L: Eight, const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+    let Some(root) = tree.root else { return 0 };
+    let prepared = Prepared::<BATCH>::new::<L>(&rays.o, &rays.d, tree.reach);
+    let mut found = 0;
+    for i in (0..BATCH).filter(|i| active >> i & 1 == 1) {
+        let mut walk = Walk::new(root, rays.t_max[i], rays.start[i], prepared.slack[i]);
+        let mut stack = Stack::new();
+        while walk.step::<L, ANY, BATCH>(tree, &prepared, i, &mut stack) {}
+        if walk.found {
+            found |= 1 << i;
+            if !ANY {
+                let hit = walk.best;
+                (hits.t[i], hits.id[i], hits.u[i], hits.v[i]) = (hit.t, hit.id, hit.uv.x, hit.uv.y);
+            }
+        }
+    }
+    found
+}
