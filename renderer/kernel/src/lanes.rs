@@ -97,25 +97,24 @@ macro_rules! lanes {
             use glam::{UVec2, Vec4};
             use w::LANES;
 
-            /// The ray queries, all lanes at once.
+            /// The ray queries, all lanes in one batch.
             mod native {
                 use super::*;
-                use crate::query::{BATCH, Hits, Rays, bvh_any_many, bvh_closest_many};
+                use crate::query::{self, BATCH, Hits, Rays};
+
+                // A batch has as many rays as the widest registers have lanes.
+                fn widened<T: Copy + Default>(a: [T; LANES]) -> [T; BATCH] {
+                    core::array::from_fn(|k| a.get(k).copied().unwrap_or_default())
+                }
 
                 #[target_feature(enable = $features)]
                 fn rays(o: w::V3<w::F>, d: w::V3<w::F>, t_max: w::F, start: w::U) -> Rays {
-                    let mut rays = Rays::default();
-                    let axes = [o.x, o.y, o.z].into_iter().zip(&mut rays.o);
-                    for (lanes, row) in axes.chain([d.x, d.y, d.z].into_iter().zip(&mut rays.d)) {
-                        row[..LANES].copy_from_slice(&lanes.to_array());
+                    Rays {
+                        o: [o.x, o.y, o.z].map(|x| widened(x.to_array())),
+                        d: [d.x, d.y, d.z].map(|x| widened(x.to_array())),
+                        t_max: widened(t_max.to_array()),
+                        start: widened(start.to_array()),
                     }
-                    rays.t_max[..LANES].copy_from_slice(&t_max.to_array());
-                    rays.start[..LANES].copy_from_slice(&start.to_array());
-                    rays
-                }
-
-                fn first<T: Copy>(row: &[T; BATCH]) -> [T; LANES] {
-                    std::array::from_fn(|k| row[k])
                 }
 
                 #[target_feature(enable = $features)]
@@ -128,11 +127,11 @@ macro_rules! lanes {
                     start: w::U,
                 ) -> HitLanes {
                     let mut hits = Hits::default();
-                    bvh_closest_many(lanes.0, &rays(o, d, t_max, start), mask.bits(), &mut hits);
+                    query::bvh_closest_many(lanes.0, &rays(o, d, t_max, start), mask.bits(), &mut hits);
                     HitLanes {
-                        t: w::F::from_array(first(&hits.t)),
-                        id: w::U::from_array(first(&hits.id)),
-                        uv: w::V2 { x: w::F::from_array(first(&hits.u)), y: w::F::from_array(first(&hits.v)) },
+                        t: w::F::gather(|k| hits.t[k]),
+                        id: w::U::gather(|k| hits.id[k]),
+                        uv: w::V2 { x: w::F::gather(|k| hits.u[k]), y: w::F::gather(|k| hits.v[k]) },
                     }
                 }
 
@@ -145,7 +144,7 @@ macro_rules! lanes {
                     t_max: w::F,
                     start: w::U,
                 ) -> w::M {
-                    w::M::from_bits(bvh_any_many(lanes.0, &rays(o, d, t_max, start), mask.bits()))
+                    w::M::from_bits(query::bvh_any_many(lanes.0, &rays(o, d, t_max, start), mask.bits()))
                 }
             }
 
