@@ -1,7 +1,7 @@
 //! Scenes whose answer is known in closed form, from text to pixel. The numbers are of formulas, or were integrated
 //! twice in f64 by other programs; no renderer made them.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::fmt::Write as _;
 
 use glam::DVec3;
@@ -113,7 +113,7 @@ fn lamps() {
 
     // Discs of 256 sides whose area is that of the disc.
     for (h, offset, radius, e) in [
-        (1.0, 0.0, 1.0, 1.570_796_327),
+        (1.0, 0.0, 1.0, FRAC_PI_2),
         (2.0, 0.0, 0.5, 0.184_799_568),
         (1.0, 0.5, 1.0, 1.375_963_021),
         (1.0, 2.0, 1.0, 0.165_833_381),
@@ -132,7 +132,7 @@ fn lamps() {
     }
 
     for (d, radius, degrees, e) in [
-        (2.0, 1.0, 0.0_f64, 0.785_398_163),
+        (2.0, 1.0, 0.0_f64, FRAC_PI_4),
         (2.0, 1.0, 45.0, 0.555_360_367),
         (2.0, 1.0, 75.0, 0.221_200_880),
         (2.0, 1.0, 90.0, 0.090_586_074),
