@@ -101,6 +101,8 @@ fn materials() -> World {
 
 fn main() {
     let gpu = std::env::args().any(|arg| arg == "gpu");
+    // `cargo bench -- only=Cornell` measures the scenes with that in their name.
+    let only = std::env::args().find_map(|arg| arg.strip_prefix("only=").map(str::to_owned)).unwrap_or_default();
     let choice = if gpu { Choice::Gpu } else { Choice::Cpu };
     let mut renderer = Renderer::new(open(choice, Options::default()).expect("the backend opens"));
     println!("| scene, {} | build s | Msamples/s | Mrays/s |", renderer.backend().device());
@@ -112,6 +114,9 @@ fn main() {
         ("all materials", materials()),
     ];
     for (name, world) in scenes {
+        if !name.contains(&only) {
+            continue;
+        }
         let mut film = renderer.load(&world).expect("the scene packs");
         // The first pass warms caches and, on a GPU, compiles.
         renderer.trace_pass(&mut film, 16, &()).expect("traces");
