@@ -52,10 +52,10 @@ const SCENES: &[(&str, &str)] = &[
         "lamps that are cut out and mixed, in a medium",
         "camera { position: (0, 0.4, 1.4), look_at: (0, 0.3, 0), fov: 60deg }
         box { position: (0, 1, 0), size: (4, 2, 4), material: diffuse { color: grey(0.6) } }
-        box { position: (0, 1, 0), size: (3.8, 1.9, 3.8), material: dielectric { ior: 1.3, roughness: 0.3, attenuation_color: grey(0.8), attenuation_distance: 1m } }
+        box { position: (0, 1, 0), size: (3.8, 1.9, 3.8), material: dielectric { ior: 1.3, roughness: 0.7, attenuation_color: grey(0.8), attenuation_distance: 1m } }
         quad { position: (0, 1.8, 0), normal: (0, -1, 0), size: (2, 2), material: emitter { radiance: 4W/m^2/sr, opacity: 0.5 } }
-        sphere { position: (-0.7, 0.5, 0), radius: 0.3, material: mix(emitter { color: linear(8, 4, 2) }, glossy { roughness: 0.4 }, amount: 0.5) }
-        sphere { position: (0.7, 0.7, 0), radius: 0.3, scale: (1, 1.5, 0.7), material: mix(emitter { color: linear(1, 4, 2) }, metal { roughness: 0.5 }, amount: 0.6) }
+        sphere { position: (-0.7, 0.5, 0), radius: 0.3, material: mix(emitter { color: linear(8, 4, 2) }, glossy { roughness: 0.6 }, amount: 0.5) }
+        sphere { position: (0.7, 0.7, 0), radius: 0.3, scale: (1, 1.5, 0.7), material: mix(emitter { color: linear(1, 4, 2) }, metal { roughness: 0.7 }, amount: 0.6) }
         sphere { position: (0, 0.4, 0.2), radius: 0.3, material: diffuse { opacity: 0.6 } }",
     ),
 ];
