@@ -117,25 +117,23 @@ fn record(
             }
         }
         &Bsdf::Glossy { base, ior, roughness, metalness } => {
-            let color = colors[base];
-            let metal_beneath = metal(Packed {
-                color: color.extend(1.0),
-                more: covering(1.0),
-                lobe: widths(roughness, 0.0),
-                kind: UVec4::new(MATERIAL_METAL, COMPENSATE, 0, 0),
-                ..Packed::default()
-            });
+            let lobe = widths(roughness, 0.0);
             let metal_index = if metalness > 0.0 {
-                more.push(metal_beneath);
+                more.push(metal(Packed {
+                    color: colors[base].extend(1.0),
+                    more: covering(1.0),
+                    lobe,
+                    kind: UVec4::new(MATERIAL_METAL, COMPENSATE, 0, 0),
+                    ..Packed::default()
+                }));
                 (count + more.len() - 1) as u32
             } else {
                 // Never chosen.
                 NONE
             };
-            let alpha = widths(roughness, 0.0).x;
             Packed {
                 more: covering(material.opacity * opacity(base)),
-                lobe: Vec4::new(alpha, ior as f32, roughness as f32, metalness as f32),
+                lobe: Vec4::new(lobe.x, ior as f32, roughness as f32, metalness as f32),
                 kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal_index),
                 ..Packed::default()
             }
@@ -172,9 +170,13 @@ fn widths(roughness: f64, anisotropy: f64) -> Vec4 {
 // Fills in what light scattered more than once is worth (Kulla and Conty 2017): F²E / (1 − F(1 − E)) / (1 − E), with F
 // and E the averages of reflectance and albedo.
 fn metal(mut record: Packed) -> Packed {
+    let compensates = record.lobe.x >= MIRROR_ALPHA && record.kind.y & COMPENSATE != 0;
+    record.kind.y &= !COMPENSATE;
+    if !compensates {
+        return record;
+    }
     let lost = albedo::average_lost(f64::from(record.lobe.z), f64::from(record.lobe.w)) as f32;
-    if record.lobe.x < MIRROR_ALPHA || record.kind.y & COMPENSATE == 0 || lost < 1e-5 {
-        record.kind.y &= !COMPENSATE;
+    if lost < 1e-5 {
         return record;
     }
     let mut scene = Scene::empty();
@@ -185,7 +187,7 @@ fn metal(mut record: Packed) -> Packed {
     });
     let multiple = reflectance * reflectance * (1.0 - lost) / (Vec3::ONE - reflectance * lost);
     record.more = (multiple / lost).extend(record.more.w);
-    record.kind.y |= CHOICE;
+    record.kind.y |= COMPENSATE | CHOICE;
     record
 }
 
