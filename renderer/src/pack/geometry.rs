@@ -91,16 +91,14 @@ impl Geometry {
         Ok((!found.is_empty()).then(power))
     }
 
-    /// Widens all boxes by what rounding in a ray's test of a box may cost, so that no ray slips between two of them.
+    /// Widens all boxes so that no ray slips between two of them.
     pub fn pad_bounds(&mut self) {
         let reach = self
             .bounds
             .iter()
             .fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
-        let pad = Vec3::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
         for b in &mut self.bounds {
-            b.low -= pad;
-            b.high += pad;
+            *b = b.padded(reach);
         }
     }
 

@@ -20,6 +20,16 @@ pub struct Bounds {
     pub high: Vec3,
 }
 
+impl Bounds {
+    /// Widened by what rounding in a ray's test of a box may cost where the largest coordinate is `reach`, so that no ray
+    /// slips between two of them.
+    #[must_use]
+    pub fn padded(self, reach: f32) -> Self {
+        let pad = Vec3::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
+        Self { low: self.low - pad, high: self.high + pad }
+    }
+}
+
 /// A primitive under sorting: its box, and beside it as bits of a normal float, so that arithmetic on all four lanes is
 /// never slow, the index in `low` and the kind in `high`.
 #[derive(Clone, Copy)]

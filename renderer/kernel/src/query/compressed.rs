@@ -80,15 +80,14 @@ impl Compressed {
 
 /// The box of a primitive, wide enough for rounding where the largest coordinate is `reach`.
 fn bounds_of(primitive: &Primitive, shapes: &[Shape], reach: f32) -> Bounds {
-    let pad = Vec3::splat((reach * 4.0 * f32::EPSILON).max(f32::MIN_POSITIVE));
     if primitive.shade.w & PRIMITIVE_KIND == PRIMITIVE_SPHERE {
         let shape = shapes.get((primitive.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default();
         let rows = [shape.world_from_object_x, shape.world_from_object_y, shape.world_from_object_z];
         let (centre, half) =
             (Vec3::from_array(rows.map(|r| r.w)), Vec3::from_array(rows.map(|r| r.truncate().length())));
-        return Bounds { low: centre - half - pad, high: centre + half + pad };
+        return Bounds { low: centre - half, high: centre + half }.padded(reach);
     }
     let rows = [primitive.x, primitive.y, primitive.z];
     let (low, high) = (rows.map(|row| row.min_element()), rows.map(|row| row.max_element()));
-    Bounds { low: Vec3::from_array(low) - pad, high: Vec3::from_array(high) + pad }
+    Bounds { low: Vec3::from_array(low), high: Vec3::from_array(high) }.padded(reach)
 }
