@@ -151,6 +151,14 @@ struct Light {
 @group(0) @binding(4) var<storage, read> materials: array<Material>;
 @group(0) @binding(5) var<storage, read> lights: array<Light>;
 @group(0) @binding(6) var<storage, read> tables: array<f32>;
+/// Everything whose length depends on the scene and that is no array of its own: texels, and tables of the lights. What
+/// needs it keeps the place of its first word.
+@group(0) @binding(7) var<storage, read> words: array<u32>;
+
+/// A number among `words`.
+fn word_float(i: u32) -> f32 {
+    return bitcast<f32>(words[i]);
+}
 
 fn has_material(kind: u32) -> bool {
     return (params.features & (FEATURE_MATERIAL << kind)) != 0u;

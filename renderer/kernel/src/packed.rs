@@ -29,6 +29,8 @@ pub struct Packed {
     /// The filter's inverse distribution function, `FILTER_CELLS + 1` offsets in pixels, and from `TABLE_ALBEDO` on the
     /// albedos of [`crate::albedo::tables`].
     pub tables: Vec<f32>,
+    /// Texels, and tables of the lights. Not empty.
+    pub words: Vec<u32>,
 }
 
 /// A tree too deep for the walk's stack.
@@ -57,6 +59,7 @@ impl Packed {
             materials: vec![Material { more: Vec4::W, ..Material::default() }],
             lights: vec![Light::default()],
             tables,
+            words: vec![0],
         }
     }
 
@@ -76,6 +79,7 @@ impl Packed {
             materials: &self.materials,
             lights: &self.lights,
             tables: &self.tables,
+            words: &self.words,
             native: &native,
         })
     }

@@ -8,7 +8,7 @@ use kinora_kernel::WGSL;
 /// Pixels of a workgroup's side, as `entry/` declares.
 pub const WORKGROUP: u32 = 8;
 /// Storage buffers of a scene: all of group 0 but `params`.
-pub const SCENE_BUFFERS: u32 = 6;
+pub const SCENE_BUFFERS: u32 = 7;
 /// Storage buffers that an entry writes: all of group 1 but `dispatch`.
 pub const OUTPUT_BUFFERS: u32 = 1;
 

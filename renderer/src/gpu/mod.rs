@@ -185,6 +185,7 @@ impl Gpu {
             storage("materials", bytemuck::cast_slice(&packed.materials))?,
             storage("lights", bytemuck::cast_slice(&packed.lights))?,
             storage("tables", bytemuck::cast_slice(&packed.tables))?,
+            storage("texels and tables of lights", bytemuck::cast_slice(&packed.words))?,
         ];
         let bindings = self.kernel.bind_scene(&self.device, &buffers);
         let size = packed.params.window.zw();

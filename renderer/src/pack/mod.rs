@@ -116,6 +116,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         materials: not_empty(geometry.materials),
         lights: not_empty(geometry.lights.into_iter().map(|light| light.packed).collect()),
         tables,
+        words: not_empty(Vec::new()),
     };
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
     packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
