@@ -6,6 +6,7 @@ pub mod diagnostic;
 pub mod dimension;
 pub mod eval;
 pub mod files;
+pub mod format;
 pub mod lower;
 pub mod schema;
 pub mod source;

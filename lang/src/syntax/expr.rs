@@ -211,6 +211,11 @@ pub(super) fn level(op: BinaryOp) -> usize {
     }
 }
 
+/// The [`level`] of an operator as written.
+pub(crate) fn level_of(op: &str) -> usize {
+    level(binary_op(op))
+}
+
 enum Part {
     Prefix(UnaryOp, Span),
     Operand(Expr),

@@ -14,6 +14,7 @@ mod scan;
 mod text;
 mod tree;
 
+pub(crate) use expr::level_of;
 pub use kind::{Kinora, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
 pub use scan::MAX_NESTING;
 pub use tree::{Tree, parse, parse_value};
