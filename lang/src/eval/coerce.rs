@@ -494,9 +494,9 @@ impl<'a> Machine<'a> {
                 let mut diagnostic = Diagnostic::new("E0403", format!("`{name}` is not a finite number ({what})"))
                     .primary(self.file(), place, format!("this comes to {what}"));
                 if let Some(origin) = self.not_finite {
-                    let line = self.source.position(origin.start).line;
+                    let line = self.source.line(origin.start);
                     let text = short_text(self.text(origin));
-                    diagnostic = diagnostic.note(format!("`{text}` on line {line} is not a finite number"));
+                    diagnostic = diagnostic.note(format!("`{text}` on {line} is not a finite number"));
                 }
                 self.report(diagnostic);
                 return false;

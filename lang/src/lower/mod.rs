@@ -71,6 +71,13 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
     for id in roots {
         gather(machine, *id, None, 0, &mut found);
     }
+    // A camera that is chosen is in the scene, wherever it is declared.
+    if let Some(render) = found.render.first().and_then(|id| machine.done(*id))
+        && let Some(id) = read::node(read::data(&render, "camera"))
+        && found.cameras.iter().all(|(camera, _)| *camera != id)
+    {
+        found.cameras.push((id, None));
+    }
     if let Some(id) = found.too_many {
         let span = machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
         machine.too_many("nodes", limits::NODES, span);
@@ -214,7 +221,7 @@ impl<'a> Lower<'_, 'a> {
             return self.found.cameras.iter().position(|(camera, _)| *camera == id);
         }
         match self.found.cameras.as_slice() {
-            [] if self.found.unknown => None,
+            [] if self.found.unknown || self.machine.library => None,
             [] => {
                 let end = self.machine.source.len();
                 let text = "camera main { position: (0, 1, 4), look_at: (0, 0, 0) }";
@@ -252,7 +259,7 @@ impl<'a> Lower<'_, 'a> {
 
     /// E0503 and W0402.
     fn what_is_missing(&mut self, scene: &Scene, shining: &[bool]) {
-        if self.found.unknown {
+        if self.found.unknown || self.machine.library {
             return;
         }
         let file = self.machine.file();
