@@ -1,12 +1,14 @@
 //! `kinora check`: everything short of rendering.
 
+use std::collections::HashSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use kinora_lang::diagnostic::{MAX_SHOWN, list, to_json};
-use kinora_lang::source::FileId;
+use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list, to_json};
+use kinora_lang::source::{FileId, Span};
 
 use crate::exit::{self, Outcome};
 use crate::session::{self, Changes, Loaded};
@@ -60,12 +62,14 @@ pub fn run(args: &Args) -> Outcome {
     };
     let files = find(&args.paths)?;
     let (mut found, mut sources) = (Vec::new(), Vec::new());
-    for (number, file) in files.iter().enumerate() {
-        let loaded = load(file, FileId(number as u32), &args.stdin_path)?;
+    let mut project = Project::default();
+    for file in &files {
+        let loaded = load(file, FileId(sources.len() as u32), &args.stdin_path)?;
         sources.extend(if matches!(format, Format::Json) { loaded.sources.clone() } else { loaded.sources_as_given() });
-        found.extend(ends(&loaded));
-        found.extend(loaded.diagnostics);
+        let last = ends(&loaded);
+        found.extend(project.add(&loaded, last));
     }
+    let found = project.finish(found);
     let limit = if matches!(format, Format::Json) { usize::MAX } else { MAX_SHOWN };
     let listing = list(found, limit);
     match format {
@@ -80,6 +84,44 @@ pub fn run(args: &Args) -> Outcome {
     Ok(if faulty { exit::FINDINGS } else { exit::CLEAN })
 }
 
+/// What is known of files that several scenes import.
+#[derive(Default)]
+struct Project {
+    /// The findings in imported files, each by its file, place, code and message.
+    seen: HashSet<(Arc<str>, Span, &'static str, String)>,
+    imported: HashSet<Arc<str>>,
+    /// Files without a camera, by what they are called and numbered.
+    without_camera: Vec<(Arc<str>, FileId)>,
+}
+
+impl Project {
+    /// The findings of a scene that no scene before it had.
+    fn add(&mut self, loaded: &Loaded, last: Option<Diagnostic>) -> Vec<Diagnostic> {
+        let sources = loaded.sources_as_given();
+        let name = |id: FileId| sources.iter().find(|source| source.id == id).map(|source| source.name.clone());
+        let own = sources.first().map(|source| (source.name.clone(), source.id));
+        self.imported.extend(sources.iter().skip(1).map(|source| source.name.clone()));
+        self.without_camera.extend(own.filter(|_| loaded.diagnostics.iter().any(|found| found.code == "E0501")));
+        let found = loaded.diagnostics.iter().cloned().chain(last);
+        let new = found.filter(|found| match found.place().and_then(|(id, span)| Some((name(id)?, span))) {
+            Some((name, span)) => self.seen.insert((name, span, found.code, found.message.clone())),
+            None => true,
+        });
+        new.collect()
+    }
+
+    /// Leaves out what a file lacks that is there for others to import.
+    fn finish(&self, mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        let parts: HashSet<FileId> =
+            self.without_camera.iter().filter(|(name, _)| self.imported.contains(name)).map(|(_, id)| *id).collect();
+        let lacks = ["E0501", "E0503", "W0201", "W0402"];
+        found.retain(|found| {
+            !lacks.contains(&found.code) || found.place().is_none_or(|(id, _)| !parts.contains(&id))
+        });
+        found
+    }
+}
+
 fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
     if file != Path::new("-") {
         return session::load_as(id, file, &Changes::default());
@@ -90,8 +132,9 @@ fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
 }
 
 /// What is wrong in the first frame, else in the last.
-fn ends(loaded: &Loaded) -> Option<kinora_lang::diagnostic::Diagnostic> {
-    let clock = loaded.scene.as_ref()?.clock;
+fn ends(loaded: &Loaded) -> Option<Diagnostic> {
+    // A file that shows nothing is there for others to import.
+    let clock = loaded.scene.as_ref().filter(|scene| !scene.cameras.is_empty())?.clock;
     [0, clock.frame_count() - 1]
         .into_iter()
         .find_map(|frame| loaded.sample(clock.shutter_of(frame)).err())
