@@ -150,6 +150,20 @@ impl Loaded {
         sources
     }
 
+    /// Whether a camera is written in the scene's own text, in a group or not.
+    pub fn has_camera(&self) -> bool {
+        fn among(items: &[Item]) -> bool {
+            items.iter().any(|item| match item {
+                Item::Node(node) => {
+                    let kind = node.kind.segments.last().map_or("", |kind| &kind.text);
+                    kind == "camera" || node.body.as_ref().is_some_and(|body| among(&body.items))
+                }
+                _ => false,
+            })
+        }
+        among(&self.tree.file().items)
+    }
+
     /// A path of the project, from the current folder where it lies below that.
     fn seen_from_here(&self, name: &str) -> String {
         let path = self.root.join(name);

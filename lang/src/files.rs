@@ -111,7 +111,8 @@ impl FileError {
                 .help("write it as the file is named"),
             FileError::Outside { .. } => found
                 .primary(file, span, "leaves the project")
-                .note("the project is the folder with kinora.toml, else the scene's folder"),
+                .note("the project is the folder with kinora.toml, else the scene's folder")
+                .help("where the scene's folder is a part of the project, put an empty kinora.toml into the whole"),
             FileError::Forbidden { path } if path.contains('\\') => {
                 found.primary(file, span, "not a path of the project").help("separate folders with `/`")
             }

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list, to_json};
-use kinora_lang::source::{FileId, Span};
+use kinora_lang::source::{FileId, Source};
 
 use crate::exit::{self, Outcome};
 use crate::session::{self, Changes, Loaded};
@@ -61,15 +61,14 @@ pub fn run(args: &Args) -> Outcome {
         _ => Format::Full,
     };
     let files = find(&args.paths)?;
-    let (mut found, mut sources) = (Vec::new(), Vec::new());
-    let mut project = Project::default();
+    let (mut checked, mut sources) = (Vec::new(), Vec::new());
     for file in &files {
         let loaded = load(file, FileId(sources.len() as u32), &args.stdin_path)?;
         sources.extend(if matches!(format, Format::Json) { loaded.sources.clone() } else { loaded.sources_as_given() });
-        let last = ends(&loaded);
-        found.extend(project.add(&loaded, last));
+        let found = loaded.diagnostics.iter().cloned().chain(ends(&loaded)).collect();
+        checked.push(Checked { sources: loaded.sources_as_given(), found, has_camera: loaded.has_camera() });
     }
-    let found = project.finish(found);
+    let found = merge(checked);
     let limit = if matches!(format, Format::Json) { usize::MAX } else { MAX_SHOWN };
     let listing = list(found, limit);
     match format {
@@ -84,42 +83,33 @@ pub fn run(args: &Args) -> Outcome {
     Ok(if faulty { exit::FINDINGS } else { exit::CLEAN })
 }
 
-/// What is known of files that several scenes import.
-#[derive(Default)]
-struct Project {
-    /// The findings in imported files, each by its file, place, code and message.
-    seen: HashSet<(Arc<str>, Span, &'static str, String)>,
-    imported: HashSet<Arc<str>>,
-    /// Files without a camera, by what they are called and numbered.
-    without_camera: Vec<(Arc<str>, FileId)>,
+/// A file that was checked, under the names that the user gave.
+struct Checked {
+    sources: Vec<Source>,
+    found: Vec<Diagnostic>,
+    has_camera: bool,
 }
 
-impl Project {
-    /// The findings of a scene that no scene before it had.
-    fn add(&mut self, loaded: &Loaded, last: Option<Diagnostic>) -> Vec<Diagnostic> {
-        let sources = loaded.sources_as_given();
-        let name = |id: FileId| sources.iter().find(|source| source.id == id).map(|source| source.name.clone());
-        let own = sources.first().map(|source| (source.name.clone(), source.id));
-        self.imported.extend(sources.iter().skip(1).map(|source| source.name.clone()));
-        self.without_camera.extend(own.filter(|_| loaded.diagnostics.iter().any(|found| found.code == "E0501")));
-        let found = loaded.diagnostics.iter().cloned().chain(last);
-        let new = found.filter(|found| match found.place().and_then(|(id, span)| Some((name(id)?, span))) {
-            Some((name, span)) => self.seen.insert((name, span, found.code, found.message.clone())),
-            None => true,
-        });
-        new.collect()
+/// The findings of all files, each once: what several scenes import is checked with the first of them, and a file
+/// without a camera that a scene here imports is no scene of its own.
+fn merge(checked: Vec<Checked>) -> Vec<Diagnostic> {
+    let imported: HashSet<Arc<str>> =
+        checked.iter().flat_map(|file| file.sources.iter().skip(1)).map(|source| source.name.clone()).collect();
+    let is_part = |file: &Checked| {
+        !file.has_camera && file.sources.first().is_some_and(|source| imported.contains(&source.name))
+    };
+    let mut seen = HashSet::new();
+    let mut merged = Vec::new();
+    for file in checked.iter().filter(|file| !is_part(file)) {
+        let name = |id: FileId| file.sources.iter().find(|source| source.id == id).map(|source| source.name.clone());
+        for found in &file.found {
+            let place = found.place().and_then(|(id, span)| Some((name(id)?, span)));
+            if place.is_none_or(|place| seen.insert((place, found.code, found.message.clone()))) {
+                merged.push(found.clone());
+            }
+        }
     }
-
-    /// Leaves out what a file lacks that is there for others to import.
-    fn finish(&self, mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
-        let parts: HashSet<FileId> =
-            self.without_camera.iter().filter(|(name, _)| self.imported.contains(name)).map(|(_, id)| *id).collect();
-        let lacks = ["E0501", "E0503", "W0201", "W0402"];
-        found.retain(|found| {
-            !lacks.contains(&found.code) || found.place().is_none_or(|(id, _)| !parts.contains(&id))
-        });
-        found
-    }
+    merged
 }
 
 fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
