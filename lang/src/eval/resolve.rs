@@ -26,6 +26,7 @@ pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
             modules,
             offers: &offers,
             imports: module.imports().map(|(import, to)| (import.span.start, to)).collect(),
+            hoisting: false,
             library: at > 0 || is_library(&module.file.items),
             scopes: Vec::new(),
             found: Vec::new(),
@@ -153,6 +154,8 @@ struct Resolver<'a> {
     imports: HashMap<u32, Option<usize>>,
     /// What the file declares is for other files.
     library: bool,
+    /// Names of an import are being declared.
+    hoisting: bool,
     scopes: Vec<Names<'a>>,
     found: Vec<Diagnostic>,
     /// Unknown names: the first report and where else they are used.
@@ -310,9 +313,11 @@ impl<'a> Resolver<'a> {
         for name in &scope.order {
             let Some(decl) = scope.names.get(name) else { continue };
             let counts = match decl.what {
+                // One that leads nowhere is reported already.
+                Declared::Import => false,
                 _ if decl.import.is_some() => true,
                 _ if offered => false,
-                Declared::Let(_) | Declared::Param | Declared::Prefab(_) | Declared::Import => true,
+                Declared::Let(_) | Declared::Param | Declared::Prefab(_) => true,
                 Declared::Node(kind) => kind.is_some_and(|kind| kind.sort == Sort::Material),
                 _ => false,
             };
@@ -387,10 +392,9 @@ impl<'a> Resolver<'a> {
         let whole = |rename: &ast::Rename| rename.name.span.to(rename.alias.as_ref().unwrap_or(&rename.name).span);
         let brings = names.len() + usize::from(import.alias.is_some());
         for (i, rename) in names.iter().enumerate() {
-            let what = match to {
-                Some(to) => self.offered(to, &rename.name),
-                None => Declared::Import,
-            };
+            self.hoisting = true;
+            let what = to.map_or(Declared::Import, |to| self.offered(to, &rename.name));
+            self.hoisting = false;
             // With the comma behind it, or, of the last one, before it.
             let own = whole(rename);
             let span = match (names.get(i + 1), i.checked_sub(1).and_then(|before| names.get(before))) {
@@ -455,7 +459,9 @@ impl<'a> Resolver<'a> {
                         }
                         (Some(near), _) => {
                             let help = format!("did you mean `{near}`?");
-                            diagnostic.fix(Applicability::Safe, help, file, name.span, *near)
+                            // Where it is imported by name, its uses have that name, too.
+                            let sure = if self.hoisting { Applicability::Maybe } else { Applicability::Safe };
+                            diagnostic.fix(sure, help, file, name.span, *near)
                         }
                         (None, _) if public.is_empty() => diagnostic.note("it declares nothing that others may use"),
                         (None, _) => {

@@ -273,6 +273,14 @@ impl<'a> Lower<'_, 'a> {
         }
         let shines = |node: &Node| node.shape.is_some() && shining.get(node.material) == Some(&true);
         let emitter = scene.nodes.iter().any(shines);
+        // A sky whose light is in error is dark only because of that.
+        let failed = self.found.skies.iter().filter_map(|id| self.machine.done(*id)).any(|node| {
+            let light = node.properties.iter().filter(|set| ["color", "strength", "file"].contains(&set.property.name));
+            light.into_iter().any(|set| set.data.is_none())
+        });
+        if failed {
+            return;
+        }
         let sky = scene.sky.as_ref().is_some_and(|sky| {
             sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
         });
