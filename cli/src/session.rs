@@ -174,11 +174,12 @@ impl Loaded {
         let code = match (error.fault, error.property) {
             (Fault::NotFinite, _) => "E0403",
             (Fault::OutOfRange { .. }, "ior") => "E0406",
-            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color") => "E0407",
+            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color")
+                if !matches!(error.place, Place::Sky | Place::Light(_)) => "E0407",
             (Fault::OutOfRange { .. }, "fov") => "E0408",
             (Fault::OutOfRange { .. }, _) => "E0401",
             (Fault::Singular, _) => "E0404",
-            (Fault::AimedAtItself | Fault::UpAlongView, _) => "E0405",
+            (Fault::AimedAtItself | Fault::UpAlongView | Fault::NoDirection, _) => "E0405",
             (Fault::NoFocus, _) => "E0207",
             (Fault::NoCamera, _) => "E0501",
             (Fault::Dangling, _) => INTERNAL,
@@ -208,6 +209,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         PackError::Coordinates { .. } => "E0401",
         PackError::TooMany { .. }
         | PackError::TooDeep { .. }
+        | PackError::Words { .. }
         | PackError::Materials { .. }
         | PackError::Emitters { .. } => "E1004",
     };

@@ -613,6 +613,14 @@ impl<'a> Machine<'a> {
                 let index = find(&|v| !(0.0..=std::f64::consts::TAU + 1e-9).contains(&v))?;
                 row("E0401", format!("{name} must be within 0deg..360deg"), index, "")
             }
+            Check::Disc => {
+                let index = find(&|v| !(0.0..std::f64::consts::PI).contains(&v))?;
+                row("E0401", format!("{name} must be at least 0deg and below 180deg"), index, "")
+            }
+            Check::Cone => {
+                let index = find(&|v| v <= 0.0 || v > std::f64::consts::TAU + 1e-9)?;
+                row("E0401", format!("{name} must be above 0deg and at most 360deg"), index, "")
+            }
             Check::Resolution => {
                 let index = find(&|v| !(1.0..=16384.0).contains(&v))?;
                 row("E0411", "resolution must be 1..16384 per side".into(), index, "")

@@ -1,6 +1,7 @@
 //! Evaluated nodes to a [`Scene`]: what has a place in it, in which order, and what only the whole scene can tell.
 
 mod camera;
+mod light;
 mod material;
 mod place;
 mod read;
@@ -9,20 +10,20 @@ mod shape;
 mod space;
 
 use std::collections::HashMap;
-use std::rc::Rc;
 
-use kinora_scene::{Animated, Clock, Look, Material, Node, Render, Scene, Sky, Tonemap};
+use kinora_scene::{Animated, Clock, Light, LightKind, Look, Material, Node, Render, Scene, SkyLight, Tonemap};
 
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::eval::items::kind_text;
 use crate::eval::limits;
-use crate::eval::machine::{Machine, NodeKind, NodeValue};
+use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Since, Sort};
 use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
 use material::{MadeOf, shining};
+pub use light::SkyRequest;
 pub use shape::{MeshFrom, MeshRequest};
 
 /// A scene whose meshes are still to be read.
@@ -31,6 +32,8 @@ pub struct Lowered {
     pub scene: Scene,
     /// The meshes that come from files.
     pub meshes: Vec<MeshRequest>,
+    /// The picture of its sky.
+    pub sky: Option<SkyRequest>,
 }
 
 /// What a file's nodes are, sorted by what they are for.
@@ -39,6 +42,8 @@ struct Found {
     render: Vec<NodeId>,
     cameras: Vec<(NodeId, Option<usize>)>,
     skies: Vec<NodeId>,
+    /// Suns and lamps with what they are written in.
+    lights: Vec<(NodeId, Option<usize>)>,
     /// Shapes, groups and named prefabs with what they are written in.
     placed: Vec<(NodeId, Option<usize>)>,
     /// Something could not be read: nothing can be said about what is missing.
@@ -63,6 +68,7 @@ struct Lower<'m, 'a> {
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
+    sky_picture: Option<SkyRequest>,
 }
 
 /// The scene that `roots` make; none where it has too many nodes. Problems are reported to the machine; `whole` says that the text had no error before.
@@ -86,6 +92,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),
+        sky_picture: None,
     };
     Some(lower.scene(camera))
 }
@@ -110,6 +117,7 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, 
             Sort::Render => found.render.push(id),
             Sort::Camera => found.cameras.push((id, parent)),
             Sort::Sky => found.skies.push(id),
+            Sort::Light => found.lights.push((id, parent)),
             Sort::Shape | Sort::Group => {
                 inner = Some(found.placed.len());
                 found.placed.push((id, parent));
@@ -143,13 +151,14 @@ impl<'a> Lower<'_, 'a> {
             None => (Render::default(), Look { exposure: 0.0.into(), tonemap: Tonemap::Agx }, Clock::default()),
         };
         let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
+        let lights = self.lights();
         let camera = self.which_camera(camera);
         let scene =
-            Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
+            Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky, lights };
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
-        Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
+        Lowered { scene, meshes: std::mem::take(&mut self.meshes), sky: self.sky_picture.take() }
     }
 
     /// The place that stands for a node in a message: its name, or its kind.
@@ -242,14 +251,6 @@ impl<'a> Lower<'_, 'a> {
         }
     }
 
-    fn sky(&mut self, node: &Rc<NodeValue<'a>>) -> Sky<Animated> {
-        Sky {
-            color: read::track(self.machine, node, "color"),
-            strength: read::track(self.machine, node, "strength"),
-            visible: read::flag(node, "visible"),
-        }
-    }
-
     /// E0503 and W0402.
     fn what_is_missing(&mut self, scene: &Scene, shining: &[bool]) {
         if self.found.unknown {
@@ -257,7 +258,7 @@ impl<'a> Lower<'_, 'a> {
         }
         let file = self.machine.file();
         let shapes = scene.nodes.iter().any(|node| node.shape.is_some());
-        if !shapes && scene.sky.is_none() {
+        if !shapes && scene.sky.is_none() && scene.lights.is_empty() {
             let diagnostic = Diagnostic::new("E0503", "the scene has no geometry")
                 .primary(file, Span::at(0), "there is nothing to see here")
                 .help("add a shape, for example `sphere { radius: 0.5 }`");
@@ -267,9 +268,20 @@ impl<'a> Lower<'_, 'a> {
         let shines = |node: &Node| node.shape.is_some() && shining.get(node.material) == Some(&true);
         let emitter = scene.nodes.iter().any(shines);
         let sky = scene.sky.as_ref().is_some_and(|sky| {
-            sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
+            let light = match &sky.light {
+                SkyLight::Color(color) => color.constant().is_none_or(|color| color.max_element() > 0.0),
+                SkyLight::Map { .. } | SkyLight::Nishita { .. } => true,
+            };
+            // A picture is put in later.
+            (light || self.sky_picture.is_some()) && sky.strength.constant() != Some(&0.0)
         });
-        if !emitter && !sky {
+        let lamp = |light: &Light<Animated>| {
+            let (LightKind::Sun { irradiance: amount, .. }
+            | LightKind::Point { power: amount, .. }
+            | LightKind::Spot { power: amount, .. }) = &light.kind;
+            amount.constant() != Some(&0.0) && light.color.max_element() > 0.0
+        };
+        if !emitter && !sky && !scene.lights.iter().any(lamp) {
             let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
                 .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
             self.machine.report(diagnostic);

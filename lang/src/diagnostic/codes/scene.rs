@@ -559,6 +559,13 @@ pub(super) const ROWS: &[Row] = &[
         "",
         "",
     ),
+    row(
+        "W0810",
+        "texels that are no light",
+        "A picture of light may have no negative values, and none that are not finite.",
+        "",
+        "",
+    ),
     row("E0806", "a mesh with too many triangles", "It would not fit into the memory of most machines.", "", ""),
     row(
         "E1001",
