@@ -90,6 +90,10 @@ fn kinds(names: impl Iterator<Item = &'static str>) -> String {
 fn kind<R: kinora_scene::Rate>(shape: &Shape<R>) -> &'static str {
     match shape {
         Shape::Sphere { .. } => "sphere",
+        Shape::Disk { .. } => "disk",
+        Shape::Cylinder { .. } => "cylinder",
+        Shape::Cone { .. } => "cone",
+        Shape::Capsule { .. } => "capsule",
         Shape::Torus { .. } => "torus",
         Shape::Box { .. } => "box",
         Shape::Quad { .. } => "quad",

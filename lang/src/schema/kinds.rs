@@ -89,11 +89,11 @@ pub static KINDS: &[Kind] = &[
     kind("sphere", Sort::Shape, &[SPHERE, SHAPE], "all points one radius from its origin"),
     kind("box", Sort::Shape, &[BOX, SHAPE], "a box, centred on its origin"),
     kind("quad", Sort::Shape, &[QUAD, SHAPE], "a rectangle, centred on its origin"),
-    kind("disk", Sort::Shape, &[DISK, SHAPE], "a disk, centred on its origin").later(),
+    kind("disk", Sort::Shape, &[DISK, SHAPE], "a disk, centred on its origin"),
     kind("plane", Sort::Shape, &[PLANE, SHAPE], "an infinite plane"),
-    kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y").later(),
-    kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up").later(),
-    kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends").later(),
+    kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y"),
+    kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up"),
+    kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends"),
     kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y"),
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
     kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene").later(),
@@ -352,6 +352,7 @@ const CYLINDER: &[Property] = &[
 const CAPSULE: &[Property] = &[
     row("radius", LENGTH, Default::Number(0.5), "its radius").check(Check::Above0),
     row("height", LENGTH, Default::Number(2.0), "along y, round ends included").check(Check::Above0),
+    row("capped", Type::Bool, Default::Bool(true), "whether its round ends are there"),
 ];
 
 const TORUS: &[Property] = &[
