@@ -79,7 +79,13 @@ pub(crate) fn material(
             two_sided: *two_sided,
         },
     };
-    Ok(Material { opacity: read.number("opacity", &material.opacity, Range::ZeroToOne)?, bsdf })
+    Ok(Material {
+        opacity: read.number("opacity", &material.opacity, Range::ZeroToOne)?,
+        cutoff: material.cutoff.map(|cutoff| read.check("opacity", cutoff, Range::FromZero)).transpose()?,
+        emission: read.color("emission", &material.emission.into(), Range::FromZero)?,
+        maps: material.maps.clone(),
+        bsdf,
+    })
 }
 
 pub(crate) fn shape(read: Reader<'_>, shape: &Shape<Animated>) -> Result<Shape<Still>, SampleError> {

@@ -43,7 +43,7 @@ fn every_value_is_taken_when_the_shutter_opens() {
     scene.look.exposure = time();
     scene.nodes[0].shape = Some(Shape::Sphere { radius_m: time() });
     scene.materials = vec![
-        Material { opacity: time(), bsdf: diffuse(Color::ONE.into(), time()) },
+        Material { opacity: time(), ..diffuse(Color::ONE.into(), time()).into() },
         Bsdf::Metal {
             reflectance: Reflectance::Tint { color: Color::ONE.into(), edge_tint: Color::ONE.into() },
             roughness: time(),
@@ -67,7 +67,7 @@ fn every_value_is_taken_when_the_shutter_opens() {
     assert_eq!(
         world.materials,
         [
-            Material { opacity: 0.5, bsdf: diffuse(Color::ONE, 0.5) },
+            Material { opacity: 0.5, ..diffuse(Color::ONE, 0.5).into() },
             Bsdf::Metal {
                 reflectance: Reflectance::Tint { color: Color::ONE, edge_tint: Color::ONE },
                 roughness: 0.5,
@@ -347,7 +347,7 @@ fn faults_of_materials_name_who_wears_them() {
     check(lamp(Color::new(2.0, -1.0, 0.0).into(), Emission::Power(1.0.into())), "color", too(-1.0, "0 or more"));
     let made_of_itself = Bsdf::Glossy { base: 0, ior: 1.5, roughness: 0.0.into(), metalness: 0.0.into() };
     check(made_of_itself, "base", Fault::Dangling);
-    let opaque = |opacity: f64| Material { opacity: opacity.into(), bsdf: diffuse(white(), 0.0.into()) };
+    let opaque = |opacity: f64| Material { opacity: opacity.into(), ..diffuse(white(), 0.0.into()).into() };
     check_edit(|scene| scene.materials[0] = opaque(1.5), Place::Material(0), "opacity", too(1.5, "0 to 1"));
 }
 

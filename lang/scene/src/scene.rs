@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Animated, Color, Mesh, Rate, Spectrum, Track};
+use crate::{Animated, Color, Map, Mesh, Rate, Spectrum, Track};
 
 /// A whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -357,6 +357,12 @@ impl Frame {
 pub struct Material<R: Rate> {
     /// The share of rays that meet the surface, 0..=1; the others pass as if it were not there.
     pub opacity: R::Of<f64>,
+    /// Where the opacity, maps included, is at least this it counts as 1, elsewhere as 0.
+    pub cutoff: Option<f64>,
+    /// Light that leaves the outer side besides, W/(m² sr), 0 or more; of glossy it is under the coat.
+    pub emission: Color,
+    /// What varies over the surface.
+    pub maps: Vec<Map>,
     /// What happens to those that do.
     pub bsdf: Bsdf<R>,
 }
@@ -441,7 +447,7 @@ where
 {
     /// An opaque material.
     fn from(bsdf: Bsdf<R>) -> Self {
-        Material { opacity: 1.0.into(), bsdf }
+        Material { opacity: 1.0.into(), cutoff: None, emission: Color::ZERO, maps: Vec::new(), bsdf }
     }
 }
 

@@ -157,7 +157,7 @@ impl<'a> Lower<'_, 'a> {
             Some(_) => read::track(self.machine, node, "opacity"),
             None => Track::Const(1.0),
         };
-        Material { opacity, bsdf }
+        Material { opacity, ..bsdf.into() }
     }
 
     fn metal(&mut self, node: &Rc<NodeValue<'a>>) -> Bsdf<Animated> {

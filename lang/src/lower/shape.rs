@@ -180,6 +180,7 @@ impl<'a> Lower<'_, 'a> {
             normals: normals.iter().map(|row| point(row).normalize_or_zero()).collect(),
             uvs: uvs.iter().map(|row| Vec2::new(row[0] as f32, row[1] as f32)).collect(),
             triangles: flat.as_chunks::<3>().0.to_vec(),
+            ..Mesh::default()
         })
     }
 }
