@@ -1,5 +1,7 @@
 //! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
 
+pub mod gltf;
+mod model;
 mod obj;
 mod ply;
 mod shape;
@@ -8,6 +10,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use kinora_scene::{Mesh, Shape};
+
+pub use model::load_models;
 
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;

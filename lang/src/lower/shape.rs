@@ -64,6 +64,10 @@ impl<'a> Lower<'_, 'a> {
                 self.mesh(id, node, index);
                 Shape::Mesh(Arc::default())
             }
+            "model" => {
+                self.model(id, node, index);
+                return None;
+            }
             _ => return None,
         })
     }

@@ -24,7 +24,7 @@ const BIN: u32 = 0x004E_4942;
 ///
 /// # Errors
 /// E0801, with the byte where a GLB is broken.
-pub fn open(name: &str, bytes: &[u8]) -> Result<Parts<'_>, Fault> {
+pub fn open<'b>(name: &str, bytes: &'b [u8]) -> Result<Parts<'b>, Fault> {
     let glb = bytes.starts_with(b"glTF") || name.to_ascii_lowercase().ends_with(".glb");
     if !glb {
         return Ok(Parts { root: json::parse(bytes)?, chunk: None, binary: false });
