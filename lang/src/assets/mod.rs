@@ -1,6 +1,7 @@
 //! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
 
 pub mod gltf;
+pub mod hdr;
 mod model;
 mod obj;
 mod ply;
