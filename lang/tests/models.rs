@@ -149,9 +149,11 @@ fn strips_and_fans() {
 #[test]
 fn matrices_place_as_they_say() {
     let matrix = [0.5, 0.2, 0.0, 0.0, 0.7, 2.0, -0.3, 0.0, 0.1, 0.4, -1.5, 0.0, 4.0, 5.0, 6.0, 1.0];
-    let (scene, warnings) =
-        evaluate(&format!("{CAMERA}model m {{ file: \"models/m.gltf\", position: (0, 0, 9) }}"), &with(&[("/nodes/1/matrix", json!(matrix))]))
-            .unwrap();
+    let (scene, warnings) = evaluate(
+        &format!("{CAMERA}model m {{ file: \"models/m.gltf\", position: (0, 0, 9) }}"),
+        &with(&[("/nodes/1/matrix", json!(matrix))]),
+    )
+    .unwrap();
     let local = glam::DMat4::from_cols_array(&matrix);
     let world = world(&scene, "Hand");
     for p in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z] {
@@ -164,11 +166,19 @@ fn matrices_place_as_they_say() {
 #[test]
 fn a_mesh_used_twice_is_stored_once() {
     let root = with(&[("/nodes/2", json!({ "mesh": 0 })), ("/scenes/0/nodes", json!([0, 2]))]);
-    let (scene, _) = evaluate(&format!("{CAMERA}model a {{ file: \"models/m.gltf\" }}\nmodel b {{ file: \"models/m.gltf\" }}"), &root).unwrap();
-    let meshes: Vec<_> = scene.nodes.iter().filter_map(|node| match &node.shape {
-        Some(Shape::Mesh(mesh)) => Some(Arc::as_ptr(mesh)),
-        _ => None,
-    }).collect();
+    let (scene, _) = evaluate(
+        &format!("{CAMERA}model a {{ file: \"models/m.gltf\" }}\nmodel b {{ file: \"models/m.gltf\" }}"),
+        &root,
+    )
+    .unwrap();
+    let meshes: Vec<_> = scene
+        .nodes
+        .iter()
+        .filter_map(|node| match &node.shape {
+            Some(Shape::Mesh(mesh)) => Some(Arc::as_ptr(mesh)),
+            _ => None,
+        })
+        .collect();
     assert_eq!(meshes.len(), 4);
     assert!(meshes.iter().all(|mesh| *mesh == meshes[0]));
 }
@@ -202,7 +212,11 @@ fn what_refers_into_a_model() {
         assert!(format!("{found:?}").contains(help), "{found:?}");
     };
     let model = "model robot { file: \"models/m.gltf\" }\n";
-    fails(&format!("{model}sphere {{ parent: node(robot, \"Arm/Hund\") }}"), "no node `Arm/Hund` in the model", "`Arm/Hand`");
+    fails(
+        &format!("{model}sphere {{ parent: node(robot, \"Arm/Hund\") }}"),
+        "no node `Arm/Hund` in the model",
+        "`Arm/Hand`",
+    );
     fails(&format!("{model}render {{ camera: robot.eyes }}"), "no camera `eyes` in the model", "`eye`");
     fails(
         "diffuse a { }\nmodel robot { file: \"models/m.gltf\", override \"Leg\" { material: a } }",
@@ -215,13 +229,19 @@ fn what_refers_into_a_model() {
 fn cameras_and_lights() {
     let root = with(&[
         ("/extensionsUsed/1", json!("KHR_lights_punctual")),
-        ("/extensions", json!({ "KHR_lights_punctual": { "lights": [
+        (
+            "/extensions",
+            json!({ "KHR_lights_punctual": { "lights": [
             { "type": "spot", "intensity": 3, "spot": { "innerConeAngle": 0.1, "outerConeAngle": 0.4 } },
             { "type": "directional", "color": [1, 0.5, 0] },
-        ] } })),
+        ] } }),
+        ),
         ("/nodes/0/extensions", json!({ "KHR_lights_punctual": { "light": 0 } })),
         ("/nodes/1/extensions", json!({ "KHR_lights_punctual": { "light": 1 } })),
-        ("/cameras", json!([{ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 2, "znear": 0, "zfar": 1 } }])),
+        (
+            "/cameras",
+            json!([{ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 2, "znear": 0, "zfar": 1 } }]),
+        ),
         ("/nodes/1/camera", json!(0)),
     ]);
     let model = read(&root).unwrap();
@@ -244,7 +264,8 @@ fn materials_become_trees() {
         let root = model.nodes.iter().find_map(|part| part.shape.clone()).unwrap().1;
         (model.materials[root].clone(), model)
     };
-    let (material, model) = build(json!({ "pbrMetallicRoughness": { "metallicFactor": 0.25, "roughnessFactor": 0.5 } }), &[]);
+    let (material, model) =
+        build(json!({ "pbrMetallicRoughness": { "metallicFactor": 0.25, "roughnessFactor": 0.5 } }), &[]);
     let Bsdf::Glossy { base, ior, roughness, metalness } = material.bsdf else { panic!() };
     assert!((ior - 1.5).abs() < 1e-9);
     assert_eq!((roughness.constant(), metalness.constant()), (Some(&0.5), Some(&0.25)));
@@ -252,7 +273,10 @@ fn materials_become_trees() {
     let base = &model.materials[base];
     assert!(matches!(*base.maps[0].texture, Texture::VertexColor { .. }) && base.maps[0].slot == Slot::Color);
 
-    let (material, _) = build(json!({ "alphaMode": "MASK", "alphaCutoff": 0.3, "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.6] } }), &[]);
+    let (material, _) = build(
+        json!({ "alphaMode": "MASK", "alphaCutoff": 0.3, "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.6] } }),
+        &[],
+    );
     assert_eq!((material.opacity.constant(), material.cutoff), (Some(&0.6), Some(0.3)));
 
     let strength = json!({ "emissiveFactor": [1, 0.5, 0], "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 8 } } });
@@ -271,7 +295,9 @@ fn materials_become_trees() {
     let Bsdf::Glossy { base, .. } = material.bsdf else { panic!("a coat") };
     let Bsdf::Mix { b, ref amount, .. } = model.materials[base].bsdf else { panic!("glass mixed in") };
     assert_eq!(amount.constant(), Some(&0.9));
-    let Bsdf::Dielectric { ref ior, attenuation_distance_m, thin, .. } = model.materials[b].bsdf else { panic!("glass") };
+    let Bsdf::Dielectric { ref ior, attenuation_distance_m, thin, .. } = model.materials[b].bsdf else {
+        panic!("glass")
+    };
     assert_eq!((ior.constant(), attenuation_distance_m, thin), (Some(&1.33), 2.0, false));
 
     // F0 = 0.04 / 4: as of an index of 1.1 / 0.9.
@@ -315,11 +341,18 @@ fn broken_models_say_where() {
         (vec![("/buffers/0/uri", json!("none.bin"))], "E0701", "/buffers/0/uri"),
         (vec![("/buffers/0/byteLength", json!(4096))], "E0801", "/buffers/0"),
         (
-            vec![("/extensionsUsed/1", json!("KHR_draco_mesh_compression")), ("/extensionsRequired/1", json!("KHR_draco_mesh_compression"))],
+            vec![
+                ("/extensionsUsed/1", json!("KHR_draco_mesh_compression")),
+                ("/extensionsRequired/1", json!("KHR_draco_mesh_compression")),
+            ],
             "E0802",
             "/extensionsRequired/1",
         ),
-        (vec![("/bufferViews/0/byteOffset", json!(1)), ("/bufferViews/0/byteLength", json!(4))], "E0803", "/meshes/0/primitives/0/indices"),
+        (
+            vec![("/bufferViews/0/byteOffset", json!(1)), ("/bufferViews/0/byteLength", json!(4))],
+            "E0803",
+            "/meshes/0/primitives/0/indices",
+        ),
         (vec![("/asset/version", json!("1.0"))], "E0801", "/asset/version"),
         (vec![("/accessors/0/count", json!(-1))], "E0801", "/accessors/0/count"),
         (vec![("/accessors/1/count", json!(4_000_000_000_u64))], "E0801", "/accessors/1"),
@@ -331,7 +364,8 @@ fn broken_models_say_where() {
             changes.insert("/accessors/1/count", json!(2));
             changes.insert("/accessors/1/max", json!([1, 0, 0]));
             for other in 2..5 {
-                let pointer: &'static str = ["/accessors/2/count", "/accessors/3/count", "/accessors/4/count"][other - 2];
+                let pointer: &'static str =
+                    ["/accessors/2/count", "/accessors/3/count", "/accessors/4/count"][other - 2];
                 changes.insert(pointer, json!(2));
             }
         }

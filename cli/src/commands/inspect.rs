@@ -59,7 +59,8 @@ fn file(path: &Path, ending: &str) -> Outcome {
             Ok(exit::CLEAN)
         }
         Err(faults) => {
-            let list: Vec<String> = faults.first().iter().map(|fault| format!("{}: {}", fault.at, fault.message)).collect();
+            let list: Vec<String> =
+                faults.first().iter().map(|fault| format!("{}: {}", fault.at, fault.message)).collect();
             let more = faults.count() - list.len();
             let more = if more > 0 { format!("\nand {more} more") } else { String::new() };
             fault(&format!("`{name}` is not a valid glTF file\n{}{more}", list.join("\n")), "")
@@ -73,7 +74,8 @@ fn fault(message: &str, help: &str) -> Outcome {
 }
 
 fn mesh_overview(mesh: &Mesh) -> String {
-    let (low, high) = mesh.positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let (low, high) =
+        mesh.positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
     let size = high - low;
     let has = |list: usize| if list > 0 { "yes" } else { "no" };
     let rows = [

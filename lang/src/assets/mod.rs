@@ -4,6 +4,7 @@ pub mod gltf;
 pub mod hdr;
 mod model;
 mod obj;
+mod picture;
 mod ply;
 mod shape;
 

@@ -10,7 +10,7 @@ use super::gltf::{self, Faults, Model, Projection};
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
 use crate::files::{Files, resolve};
-use crate::lower::{InnerRequest, InnerUse, Lowered, ModelRequest};
+use crate::lower::{InnerRequest, InnerUse, Lowered, ModelRequest, shining};
 use crate::source::{Source, Span};
 use crate::suggest::{all_of, suggest};
 
@@ -65,6 +65,7 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
     }
     if whole && !lowered.unknown {
         which_camera(lowered, &placed, source, diagnostics);
+        without_light(&lowered.scene, diagnostics);
     }
     put_in_order(&mut lowered.scene, source, diagnostics);
 }
@@ -79,8 +80,11 @@ fn load(
     let (file, span, written) = (source.id, request.span, &request.file);
     let ending = written.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
     if !["gltf", "glb"].contains(&ending.as_str()) {
-        let diagnostic = Diagnostic::new("E0801", format!("`{written}` is not a glTF file by its name"))
-            .primary(file, span, "`.gltf` or `.glb` is expected");
+        let diagnostic = Diagnostic::new("E0801", format!("`{written}` is not a glTF file by its name")).primary(
+            file,
+            span,
+            "`.gltf` or `.glb` is expected",
+        );
         diagnostics.push(match ending.as_str() {
             "obj" | "ply" | "stl" => diagnostic.help("write `mesh { file: .. }`"),
             _ => diagnostic.help("export it as glTF"),
@@ -214,8 +218,8 @@ fn no_node(model: &Model, path: &str, found: &[String], source: &Source, span: S
     }
     let paths: Vec<&str> = model.nodes.iter().filter_map(|part| part.path.as_deref()).collect();
     let names: Vec<&str> = paths.iter().map(|path| path.rsplit('/').next().unwrap_or(path)).collect();
-    let diagnostic = Diagnostic::new("E0804", format!("no node `{path}` in the model"))
-        .primary(source.id, span, "no such node");
+    let diagnostic =
+        Diagnostic::new("E0804", format!("no node `{path}` in the model")).primary(source.id, span, "no such node");
     let near = suggest(path, paths.iter().copied());
     let near_name = suggest(path.rsplit('/').next().unwrap_or(path), names.iter().copied());
     match (near.first(), near_name.first()) {
@@ -267,14 +271,20 @@ fn follow(
         let camera = placed.cameras.iter().find(|(name, _)| **name == *inner.path);
         let in_node = || {
             let node = placed.first + find(&placed.model, &inner.path).ok()?;
-            placed.cameras.iter().find(|(_, at)| scene.cameras.get(*at).is_some_and(|camera| camera.parent == Some(node)))
+            placed
+                .cameras
+                .iter()
+                .find(|(_, at)| scene.cameras.get(*at).is_some_and(|camera| camera.parent == Some(node)))
         };
         match camera.or_else(in_node) {
             Some((_, at)) => scene.camera = Some(*at),
             None => {
                 let names = || placed.cameras.iter().map(|(name, _)| name.as_str());
-                let diagnostic = Diagnostic::new("E0804", format!("no camera `{}` in the model", inner.path))
-                    .primary(source.id, inner.span, "no such camera");
+                let diagnostic = Diagnostic::new("E0804", format!("no camera `{}` in the model", inner.path)).primary(
+                    source.id,
+                    inner.span,
+                    "no such camera",
+                );
                 diagnostics.push(match suggest(&inner.path, names()).first() {
                     Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
                     None if placed.cameras.is_empty() => diagnostic.note("the model has no camera"),
@@ -355,6 +365,18 @@ fn which_camera(
                 .help(format!("add `render {{ camera: {} }}` or `--camera \"{}\"`", first.name, first.name));
             diagnostics.push(diagnostic);
         }
+    }
+}
+
+/// W0402, which only the whole scene can tell. A model without a mesh has nothing to light.
+fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
+    let shining = shining(&scene.materials);
+    let mut shapes = scene.nodes.iter().filter(|node| node.shape.is_some()).peekable();
+    let dark = shapes.peek().is_some() && !shapes.any(|node| shining.get(node.material) == Some(&true));
+    if dark && scene.sky.is_none() {
+        let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
+            .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
+        diagnostics.push(diagnostic);
     }
 }
 

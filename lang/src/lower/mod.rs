@@ -24,7 +24,8 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
-use material::{MadeOf, shining};
+use material::MadeOf;
+pub use material::shining;
 pub use model::{InnerRequest, InnerUse, ModelRequest};
 pub use shape::{MeshFrom, MeshRequest};
 
@@ -151,8 +152,14 @@ impl<'a> Lower<'_, 'a> {
         self.judge_materials();
         let parents = self.order();
         let nodes = self.nodes(&parents);
-        let cameras: Vec<_> =
-            self.found.cameras.clone().into_iter().enumerate().map(|(at, (id, parent))| self.camera(id, parent, at)).collect();
+        let cameras: Vec<_> = self
+            .found
+            .cameras
+            .clone()
+            .into_iter()
+            .enumerate()
+            .map(|(at, (id, parent))| self.camera(id, parent, at))
+            .collect();
         let (render, look, clock) = match self.found.render.first().and_then(|id| self.machine.done(*id)) {
             Some(node) => self.render(&node),
             None => (Render::default(), Look { exposure: 0.0.into(), tonemap: Tonemap::Agx }, Clock::default()),

@@ -177,7 +177,9 @@ impl<'b> Buffers<'b> {
         let Some(written) = text(buffer, "uri") else {
             return match (parts.chunk, parts.binary, i) {
                 (Some(chunk), true, 0) => Ok(Bytes::Chunk(chunk)),
-                (None, true, 0) => Err(Fault::new(at, "has no `uri`, and the GLB no BIN chunk", "export the model again")),
+                (None, true, 0) => {
+                    Err(Fault::new(at, "has no `uri`, and the GLB no BIN chunk", "export the model again"))
+                }
                 // For an extension to fill.
                 _ => Err(Fault::new("", "a buffer without bytes is used", "export the model again")),
             };
@@ -186,7 +188,11 @@ impl<'b> Buffers<'b> {
         match container::uri(name, written, &at)? {
             Uri::Data(media, bytes) => match media.as_str() {
                 "application/octet-stream" | "application/gltf-buffer" => Ok(Bytes::Own(bytes)),
-                _ => Err(Fault::new(&at, format!("`{media}` is no media type of a buffer"), "write `data:application/octet-stream;base64,`")),
+                _ => Err(Fault::new(
+                    &at,
+                    format!("`{media}` is no media type of a buffer"),
+                    "write `data:application/octet-stream;base64,`",
+                )),
             },
             Uri::File(path) => container::fetch(files, &path, &at).map(Bytes::File),
             Uri::Elsewhere => Err(container::elsewhere(&at, written)),
@@ -198,7 +204,8 @@ impl<'b> Buffers<'b> {
     /// # Errors
     /// The buffer could not be read.
     pub fn view(&self, root: &Value, view: usize) -> Result<&[u8], Fault> {
-        let missing = || Fault::new(&format!("/bufferViews/{view}"), "does not fit its buffer", "export the model again");
+        let missing =
+            || Fault::new(&format!("/bufferViews/{view}"), "does not fit its buffer", "export the model again");
         let object = list(root, "bufferViews").get(view).ok_or_else(missing)?;
         let buffer = index(object, "buffer").and_then(|buffer| self.buffers.get(buffer)).ok_or_else(missing)?;
         let bytes = buffer.as_ref().map_err(Clone::clone)?;
@@ -251,7 +258,8 @@ impl<'b> Accessor<'b> {
             let component = index(indices, "componentType").and_then(Component::of).ok_or_else(unknown)?;
             let bytes = tail(indices, view)?;
             let count = index(sparse, "count").unwrap_or(0);
-            changed = bytes.chunks_exact(component.size()).take(count).map(|bytes| component.read(bytes) as u32).collect();
+            changed =
+                bytes.chunks_exact(component.size()).take(count).map(|bytes| component.read(bytes) as u32).collect();
             let (values, view) = part("values").ok_or_else(unknown)?;
             changes = tail(values, view)?;
         }

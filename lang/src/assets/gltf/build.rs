@@ -12,7 +12,7 @@ use super::geometry::{self, Pose, decompose, name_of};
 use super::json::{extension, index, list, number, numbers, text};
 use super::material::{self, Materials};
 use super::table::{follow, is_known};
-use super::{Faults, Fault, Images, Lamp, LampKind, Lens, Model, Part, Projection, Warnings};
+use super::{Fault, Faults, Images, Lamp, LampKind, Lens, Model, Part, Projection, Warnings};
 
 /// Which primitive, with which coordinates and which pose.
 type Key = (String, [usize; 2], Option<usize>);
@@ -33,7 +33,12 @@ struct Build<'m, 'b> {
 ///
 /// # Errors
 /// It is too large, or something cannot be read.
-pub fn build(root: &Value, buffers: &Buffers<'_>, images: &mut Images<'_, '_>, model: &mut Model) -> Result<(), Faults> {
+pub fn build(
+    root: &Value,
+    buffers: &Buffers<'_>,
+    images: &mut Images<'_, '_>,
+    model: &mut Model,
+) -> Result<(), Faults> {
     let nodes = list(root, "nodes");
     let mut warnings = Warnings::default();
     unsupported(root, &mut warnings);
@@ -60,7 +65,10 @@ pub fn build(root: &Value, buffers: &Buffers<'_>, images: &mut Images<'_, '_>, m
         let singular = geometry::local(node).determinant() == 0.0;
         if singular || parent.is_some_and(|parent| flat[parent]) {
             if singular {
-                materials.warnings.add(format!("a scale of 0 (node `{}`)", name_of(node, "node", at)), "the node and what is in it are left out");
+                materials.warnings.add(
+                    format!("a scale of 0 (node `{}`)", name_of(node, "node", at)),
+                    "the node and what is in it are left out",
+                );
             }
             flat[at] = true;
             continue;
@@ -104,7 +112,8 @@ fn unsupported(root: &Value, warnings: &mut Warnings) {
     if !list(root, "skins").is_empty() {
         warnings.add("skins", "they stand still for now, as the nodes are placed");
     }
-    if list(root, "meshes").iter().any(|mesh| list(mesh, "primitives").iter().any(|part| part.get("targets").is_some())) {
+    if list(root, "meshes").iter().any(|mesh| list(mesh, "primitives").iter().any(|part| part.get("targets").is_some()))
+    {
         warnings.add("morph targets", "they stand still for now, with the file's weights");
     }
     for (i, material) in list(root, "materials").iter().enumerate() {
@@ -230,7 +239,19 @@ impl Build<'_, '_> {
         for (i, primitive) in list(mesh, "primitives").iter().enumerate() {
             let material = index(primitive, "material");
             let sets = material::sets(material.and_then(|at| list(self.root, "materials").get(at)));
-            let key = (format!("{} {}", primitive.get("attributes").unwrap_or(&Value::Null), index(primitive, "indices").map_or(-1, |at| at as i64)) + &format!(" {} {}", index(primitive, "mode").unwrap_or(4), primitive.get("targets").map_or(0, |_| mesh_at + 1)), sets, own);
+            let key = (
+                format!(
+                    "{} {}",
+                    primitive.get("attributes").unwrap_or(&Value::Null),
+                    index(primitive, "indices").map_or(-1, |at| at as i64)
+                ) + &format!(
+                    " {} {}",
+                    index(primitive, "mode").unwrap_or(4),
+                    primitive.get("targets").map_or(0, |_| mesh_at + 1)
+                ),
+                sets,
+                own,
+            );
             let shape = match self.known.get(&key) {
                 Some(known) => known.clone(),
                 None => {
@@ -255,7 +276,15 @@ impl Build<'_, '_> {
                 _ => {
                     let name = format!("{}_{i}", name_of(node, "node", at));
                     let parent = if skinned { None } else { Some(part) };
-                    parts.push(Part { name, path: None, parent, placing: Placing::default(), shape, camera: None, light: None });
+                    parts.push(Part {
+                        name,
+                        path: None,
+                        parent,
+                        placing: Placing::default(),
+                        shape,
+                        camera: None,
+                        light: None,
+                    });
                 }
             }
         }
@@ -307,7 +336,8 @@ impl Build<'_, '_> {
     /// From the mesh in bind pose to the model, for each joint of a node's skin; empty without one.
     fn joints(&self, node: &Value) -> Result<Vec<DMat4>, Fault> {
         let Some((_, skin)) = follow(self.root, "skins", node, "skin") else { return Ok(Vec::new()) };
-        let bind = index(skin, "inverseBindMatrices").map(|at| Accessor::open(self.root, self.buffers, at)).transpose()?;
+        let bind =
+            index(skin, "inverseBindMatrices").map(|at| Accessor::open(self.root, self.buffers, at)).transpose()?;
         let matrix = |i: usize| match &bind {
             Some(accessor) => DMat4::from_cols_array(&std::array::from_fn(|c| accessor.number(i, c))),
             None => DMat4::IDENTITY,
@@ -338,6 +368,8 @@ fn lamp(light: &Value, node: &str, warnings: &mut Warnings) -> Option<Lamp> {
             return None;
         }
     };
+    // Scenes cannot hold them yet.
+    warnings.add("a light of KHR_lights_punctual", "it does not shine yet");
     if light.get("range").is_some() {
         warnings.add("the range of a light", "it shines as far as light goes");
     }

@@ -20,9 +20,9 @@ pub fn asset(root: &Value, faults: &mut Faults) {
     let asset = root.get("asset").unwrap_or(&Value::Null);
     for name in ["version", "minVersion"] {
         let Some(version) = text(asset, name) else { continue };
-        let numbers = version.split_once('.').and_then(|(major, minor)| {
-            Some((major.parse::<u32>().ok()?, minor.parse::<u32>().ok()?))
-        });
+        let numbers = version
+            .split_once('.')
+            .and_then(|(major, minor)| Some((major.parse::<u32>().ok()?, minor.parse::<u32>().ok()?)));
         let at = format!("/asset/{name}");
         match numbers {
             None => faults.push(Fault::new(&at, format!("`{version}` is no version of glTF"), AGAIN)),
@@ -93,9 +93,17 @@ impl<'c> Check<'c> {
         for (i, view) in self.items("bufferViews").iter().enumerate() {
             let at = format!("/bufferViews/{i}");
             let (offset, length) = (index(view, "byteOffset").unwrap_or(0), index(view, "byteLength").unwrap_or(0));
-            let total = follow(self.root, "buffers", view, "buffer").and_then(|(_, buffer)| index(buffer, "byteLength"));
+            let total =
+                follow(self.root, "buffers", view, "buffer").and_then(|(_, buffer)| index(buffer, "byteLength"));
             if total.is_some_and(|total| offset.checked_add(length).is_none_or(|end| end > total)) {
-                self.report(&at, format!("bytes {offset} to {} of a buffer of {}", offset.saturating_add(length), total.unwrap_or(0)));
+                self.report(
+                    &at,
+                    format!(
+                        "bytes {offset} to {} of a buffer of {}",
+                        offset.saturating_add(length),
+                        total.unwrap_or(0)
+                    ),
+                );
             }
             if let Some(stride) = index(view, "byteStride") {
                 if stride % 4 != 0 {
@@ -149,7 +157,9 @@ impl<'c> Check<'c> {
             if changed > count {
                 self.report(format!("{at}/count"), format!("changes {changed} elements of {count}"));
             }
-            for (name, size, component) in [("indices", None, None), ("values", Some(layout.size()), Some(layout.component.size()))] {
+            for (name, size, component) in
+                [("indices", None, None), ("values", Some(layout.size()), Some(layout.component.size()))]
+            {
                 let part = sparse.get(name).unwrap_or(&Value::Null);
                 let at = format!("{at}/{name}");
                 let index_size = index(part, "componentType").and_then(accessor::index_size);
@@ -176,11 +186,23 @@ impl<'c> Check<'c> {
 
     /// Whether `count` elements lie in a view, and where they may.
     #[allow(clippy::too_many_arguments)]
-    fn fits(&mut self, at: &str, part: &Value, view: &Value, matrix: bool, size: usize, component: usize, count: usize) {
+    fn fits(
+        &mut self,
+        at: &str,
+        part: &Value,
+        view: &Value,
+        matrix: bool,
+        size: usize,
+        component: usize,
+        count: usize,
+    ) {
         let offset = index(part, "byteOffset").unwrap_or(0);
         let total = index(view, "byteOffset").unwrap_or(0).saturating_add(offset);
         if total % component != 0 || offset % component != 0 {
-            self.report(format!("{at}/byteOffset"), format!("byte {total} of the buffer is not a multiple of {component}"));
+            self.report(
+                format!("{at}/byteOffset"),
+                format!("byte {total} of the buffer is not a multiple of {component}"),
+            );
         } else if matrix && total % 4 != 0 {
             self.report(format!("{at}/byteOffset"), "matrices begin at multiples of 4 bytes");
         }
@@ -189,9 +211,13 @@ impl<'c> Check<'c> {
             self.report(at, format!("elements of {size} bytes every {stride} bytes"));
         }
         let length = index(view, "byteLength").unwrap_or(0);
-        let end = count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(size)?.checked_add(offset));
+        let end =
+            count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(size)?.checked_add(offset));
         if end.is_none_or(|end| end > length) {
-            self.report(at, format!("{count} elements of {size} bytes from byte {offset} do not fit in a view of {length} bytes"));
+            self.report(
+                at,
+                format!("{count} elements of {size} bytes from byte {offset} do not fit in a view of {length} bytes"),
+            );
         }
     }
 
@@ -226,7 +252,10 @@ impl<'c> Check<'c> {
             for (j, primitive) in primitives.iter().enumerate() {
                 let at = format!("{at}/primitives/{j}");
                 if targets(primitive) != first {
-                    self.report(format!("{at}/targets"), "all primitives of a mesh have the same number of morph targets");
+                    self.report(
+                        format!("{at}/targets"),
+                        "all primitives of a mesh have the same number of morph targets",
+                    );
                 }
                 self.primitive(primitive, &at, &mut sharing);
             }
@@ -241,26 +270,36 @@ impl<'c> Check<'c> {
         let empty = serde_json::Map::new();
         let attributes = primitive.get("attributes").and_then(Value::as_object).unwrap_or(&empty);
         let count_of = |check: &Self, name: &Value| {
-            let accessor = check.items("accessors").get(usize::try_from(name.as_u64().or_else(|| super::json::whole(name))?).ok()?)?;
+            let accessor = check
+                .items("accessors")
+                .get(usize::try_from(name.as_u64().or_else(|| super::json::whole(name))?).ok()?)?;
             index(accessor, "count")
         };
-        let count = attributes.get("POSITION").or_else(|| attributes.values().next()).and_then(|name| count_of(self, name));
+        let count =
+            attributes.get("POSITION").or_else(|| attributes.values().next()).and_then(|name| count_of(self, name));
         for (name, accessor) in attributes {
             let at = format!("{at}/attributes/{}", escape(name));
             self.attribute(name, accessor, &at, false, sharing);
             let own = count_of(self, accessor);
             if own != count {
-                let message = format!("{} elements, and another attribute has {}", own.unwrap_or(0), count.unwrap_or(0));
+                let message =
+                    format!("{} elements, and another attribute has {}", own.unwrap_or(0), count.unwrap_or(0));
                 self.report(&at, message);
             }
         }
         let numbered = |prefix: &str| {
-            attributes.keys().filter(|name| name.strip_prefix(prefix).is_some_and(|rest| canonical(rest).is_some())).count()
+            attributes
+                .keys()
+                .filter(|name| name.strip_prefix(prefix).is_some_and(|rest| canonical(rest).is_some()))
+                .count()
         };
         for prefix in ["TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"] {
             let count = numbered(prefix);
             if let Some(missing) = (0..count).find(|i| !attributes.contains_key(&format!("{prefix}{i}"))) {
-                self.report(format!("{at}/attributes"), format!("{prefix}{missing} is missing, and there are higher ones"));
+                self.report(
+                    format!("{at}/attributes"),
+                    format!("{prefix}{missing} is missing, and there are higher ones"),
+                );
             }
         }
         if numbered("JOINTS_") != numbered("WEIGHTS_") {
@@ -273,7 +312,10 @@ impl<'c> Check<'c> {
                 layout.components == 1 && index(accessor, "componentType").and_then(accessor::index_size).is_some()
             });
             if !fits || accessor.get("normalized") == Some(&Value::Bool(true)) {
-                self.report(&at, format!("indices are unsigned bytes, shorts or ints, and accessor {accessor_index} is not"));
+                self.report(
+                    &at,
+                    format!("indices are unsigned bytes, shorts or ints, and accessor {accessor_index} is not"),
+                );
             }
             if let Some((view_index, view)) = follow(self.root, "bufferViews", accessor, "bufferView") {
                 if view.get("byteStride").is_some() {
@@ -298,7 +340,10 @@ impl<'c> Check<'c> {
             coordinates(material, "", &mut wanted);
             for (set, texture) in wanted {
                 if !attributes.contains_key(&format!("TEXCOORD_{set}")) {
-                    self.report(format!("{at}/material"), format!("{texture} of its material needs TEXCOORD_{set}, which is missing"));
+                    self.report(
+                        format!("{at}/material"),
+                        format!("{texture} of its material needs TEXCOORD_{set}, which is missing"),
+                    );
                 }
             }
         }
@@ -330,7 +375,10 @@ impl<'c> Check<'c> {
         let size = accessor::layout(accessor).map_or(4, |layout| layout.size());
         let stride = index(view, "byteStride");
         let many = index(accessor, "count").unwrap_or(0) > 1;
-        if offset % 4 != 0 || index(view, "byteOffset").unwrap_or(0) % 4 != 0 || (many && stride.unwrap_or(size) % 4 != 0) {
+        if offset % 4 != 0
+            || index(view, "byteOffset").unwrap_or(0) % 4 != 0
+            || (many && stride.unwrap_or(size) % 4 != 0)
+        {
             self.report(at, "vertices lie at multiples of 4 bytes");
         }
         if stride.is_none() && *sharing.entry(view_index).or_insert(accessor_index) != accessor_index {
@@ -372,7 +420,10 @@ impl<'c> Check<'c> {
                 match parent.get_mut(child) {
                     Some(slot @ None) => *slot = Some(i),
                     Some(Some(_)) => {
-                        self.report(format!("{at}/children/{k}"), format!("node {child} is a child of another node already"));
+                        self.report(
+                            format!("{at}/children/{k}"),
+                            format!("node {child} is a child of another node already"),
+                        );
                     }
                     None => {}
                 }
@@ -399,7 +450,10 @@ impl<'c> Check<'c> {
             for (k, node) in list(scene, "nodes").iter().enumerate() {
                 let inner = super::json::whole(node).and_then(|node| parent.get(node as usize).copied().flatten());
                 if let Some(outer) = inner {
-                    self.report(format!("/scenes/{i}/nodes/{k}"), format!("node {node} is a child of node {outer}, not a root"));
+                    self.report(
+                        format!("/scenes/{i}/nodes/{k}"),
+                        format!("node {node} is a child of node {outer}, not a root"),
+                    );
                 }
             }
         }
@@ -614,7 +668,9 @@ pub fn content(root: &Value, buffers: &Buffers<'_>, faults: &mut Faults) {
             let Some(indices) = index(primitive, "indices") else { continue };
             let at = format!("/meshes/{i}/primitives/{j}/indices");
             let position = primitive.get("attributes").and_then(|attributes| index(attributes, "POSITION"));
-            let Some(count) = position.and_then(|at| index(list(root, "accessors").get(at)?, "count")) else { continue };
+            let Some(count) = position.and_then(|at| index(list(root, "accessors").get(at)?, "count")) else {
+                continue;
+            };
             if !seen.insert((indices, count)) {
                 continue;
             }

@@ -221,7 +221,10 @@ mod tests {
     #[test]
     fn no_uri_leaves_the_project() {
         for away in ["../../x.bin", "%2e%2e/%2e%2e/x.bin", "a/../../../x.bin"] {
-            assert!(matches!(uri("models/a.gltf", away, "/buffers/0/uri"), Err(fault) if fault.code == "E0703"), "{away}");
+            assert!(
+                matches!(uri("models/a.gltf", away, "/buffers/0/uri"), Err(fault) if fault.code == "E0703"),
+                "{away}"
+            );
         }
         for away in ["http://example.com/x.bin", "file:///etc/passwd", "//host/x.bin"] {
             assert!(matches!(uri("models/a.gltf", away, ""), Ok(Uri::Elsewhere)), "{away}");

@@ -137,7 +137,8 @@ pub fn mesh(
     if !pose.joints.is_empty() {
         let mut joints = Vec::new();
         for set in 0.. {
-            let (Some(which), Some(weights)) = (open(&format!("JOINTS_{set}"))?, open(&format!("WEIGHTS_{set}"))?) else {
+            let (Some(which), Some(weights)) = (open(&format!("JOINTS_{set}"))?, open(&format!("WEIGHTS_{set}"))?)
+            else {
                 break;
             };
             joints.push((which, weights));
@@ -300,9 +301,8 @@ mod tests {
 
     #[test]
     fn a_sheared_matrix_is_two_placings() {
-        let matrix = DMat4::from_cols_array(&[
-            1.0, 0.2, 0.0, 0.0, 0.7, 2.0, -0.3, 0.0, 0.1, 0.4, -1.5, 0.0, 1.0, 2.0, 3.0, 1.0,
-        ]);
+        let matrix =
+            DMat4::from_cols_array(&[1.0, 0.2, 0.0, 0.0, 0.7, 2.0, -0.3, 0.0, 0.1, 0.4, -1.5, 0.0, 1.0, 2.0, 3.0, 1.0]);
         let ([scale, _], [outer, inner], sheared) = decompose(matrix);
         assert!(sheared);
         let again = DMat3::from_quat(outer) * DMat3::from_diagonal(scale) * DMat3::from_quat(inner);

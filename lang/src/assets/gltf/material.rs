@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use kinora_scene::{
-    Animated, Bsdf, Channel, Color, ColorSpace, DiffuseModel, Emission, Image, ImageTexture, Map, Material, Reflectance,
-    Slot, TexelFilter, Texture, UvSet, Wrap,
+    Animated, Bsdf, Channel, Color, ColorSpace, DiffuseModel, Emission, Image, ImageTexture, Map, Material,
+    Reflectance, Slot, TexelFilter, Texture, UvSet, Wrap,
 };
 use serde_json::Value;
 
@@ -120,7 +120,14 @@ impl Materials<'_> {
         Ok(root)
     }
 
-    fn lit(&mut self, material: &Value, pbr: &Value, color: Color, colors: &[Map], sets: [usize; 2]) -> Result<usize, Fault> {
+    fn lit(
+        &mut self,
+        material: &Value,
+        pbr: &Value,
+        color: Color,
+        colors: &[Map],
+        sets: [usize; 2],
+    ) -> Result<usize, Fault> {
         let roughness = factor(pbr, "roughnessFactor", 1.0);
         let metalness = factor(pbr, "metallicFactor", 1.0);
         let (mut rough, mut metallic) = (Vec::new(), Vec::new());
@@ -186,7 +193,8 @@ impl Materials<'_> {
                 roughness: roughness.into(),
                 energy_compensation: true,
                 attenuation_color: Vec3::from_array(inside.map(|part| part as f32)),
-                attenuation_distance_m: volume.map_or(f64::INFINITY, |set| factor(set, "attenuationDistance", f64::INFINITY)),
+                attenuation_distance_m: volume
+                    .map_or(f64::INFINITY, |set| factor(set, "attenuationDistance", f64::INFINITY)),
                 thin: !thick,
                 priority: 0,
             };
@@ -213,9 +221,9 @@ impl Materials<'_> {
             let amounts = metallic.iter().map(|map| Map { slot: Slot::Amount, ..map.clone() }).collect();
             stack = self.push(Bsdf::Mix { a: stack, b: metal, amount: metalness.into() }, amounts);
         }
-        if extension(material, "KHR_materials_sheen").is_some_and(|sheen| {
-            numbers::<3>(sheen, "sheenColorFactor").is_some_and(|color| color != [0.0; 3])
-        }) {
+        if extension(material, "KHR_materials_sheen")
+            .is_some_and(|sheen| numbers::<3>(sheen, "sheenColorFactor").is_some_and(|color| color != [0.0; 3]))
+        {
             self.warnings.add("KHR_materials_sheen", "the material is without its sheen");
         }
         if let Some(set) = extension(material, "KHR_materials_clearcoat") {
@@ -253,7 +261,14 @@ impl Materials<'_> {
     }
 
     /// A texture of a material as a map; none where it has no picture.
-    fn map(&mut self, info: &Value, slot: Slot, channel: Channel, space: ColorSpace, sets: [usize; 2]) -> Result<Option<Map>, Fault> {
+    fn map(
+        &mut self,
+        info: &Value,
+        slot: Slot,
+        channel: Channel,
+        space: ColorSpace,
+        sets: [usize; 2],
+    ) -> Result<Option<Map>, Fault> {
         let Some((at, texture)) = follow(self.root, "textures", info, "index") else { return Ok(None) };
         let webp = extension(texture, "EXT_texture_webp").and_then(|webp| index(webp, "source"));
         let Some(source) = webp.or_else(|| index(texture, "source")) else {
@@ -282,7 +297,8 @@ impl Materials<'_> {
             _ => Wrap::Repeat,
         };
         let nearest = sampler.and_then(|sampler| index(sampler, "magFilter")) == Some(9728);
-        let vector = |name: &str, default: f64| moved.and_then(|moved| numbers::<2>(moved, name)).unwrap_or([default; 2]);
+        let vector =
+            |name: &str, default: f64| moved.and_then(|moved| numbers::<2>(moved, name)).unwrap_or([default; 2]);
         let ([u, v], [across, along]) = (vector("offset", 0.0), vector("scale", 1.0));
         let rotation = moved.map_or(0.0, |moved| factor(moved, "rotation", 0.0));
         let (sin, cos) = rotation.sin_cos();

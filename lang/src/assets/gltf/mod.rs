@@ -10,7 +10,6 @@ mod container;
 mod geometry;
 mod json;
 mod material;
-mod picture;
 mod table;
 
 use std::collections::HashMap;
@@ -19,6 +18,7 @@ use std::sync::Arc;
 use kinora_scene::{Animated, Image, Material, Mesh, Placing, Texels};
 use serde_json::Value;
 
+use super::picture;
 use crate::files::{FileError, Files};
 use accessor::Buffers;
 use build::build;
@@ -268,7 +268,7 @@ impl Images<'_, '_> {
         let image = picture::read(&path, bytes).map_err(|error| Fault {
             code: error.code,
             at: pointer.clone(),
-            message: format!("the picture {}", error.message),
+            message: error.message,
             help: "pictures of glTF are PNG, JPEG or WebP; export it again",
         })?;
         self.bytes += image.texels().len() as u64 * each(image.texels());

@@ -68,7 +68,10 @@ pub static ROOT: &[Row] = &[
     may("extensionsRequired", Kind::Names),
     may("accessors", Kind::List(&Kind::Object(ACCESSOR))),
     may("animations", Kind::List(&Kind::Object(ANIMATION))),
-    may("buffers", Kind::List(&Kind::Object(&[may("uri", Kind::Text), must("byteLength", COUNT), may("name", Kind::Text)]))),
+    may(
+        "buffers",
+        Kind::List(&Kind::Object(&[may("uri", Kind::Text), must("byteLength", COUNT), may("name", Kind::Text)])),
+    ),
     may("bufferViews", Kind::List(&Kind::Object(BUFFER_VIEW))),
     may("cameras", Kind::List(&Kind::Object(CAMERA))),
     may("images", Kind::List(&Kind::Object(IMAGE))),
@@ -79,11 +82,14 @@ pub static ROOT: &[Row] = &[
     may("scene", Kind::Index("scenes")),
     may("scenes", Kind::List(&Kind::Object(&[may("nodes", Kind::Indices("nodes")), may("name", Kind::Text)]))),
     may("skins", Kind::List(&Kind::Object(SKIN))),
-    may("textures", Kind::List(&Kind::Object(&[
-        may("sampler", Kind::Index("samplers")),
-        may("source", Kind::Index("images")),
-        may("name", Kind::Text),
-    ]))),
+    may(
+        "textures",
+        Kind::List(&Kind::Object(&[
+            may("sampler", Kind::Index("samplers")),
+            may("source", Kind::Index("images")),
+            may("name", Kind::Text),
+        ])),
+    ),
 ];
 
 static ASSET: &[Row] = &[
@@ -103,27 +109,39 @@ static ACCESSOR: &[Row] = &[
     may("max", Kind::Numbers(1, 16, -MAX, MAX)),
     may("min", Kind::Numbers(1, 16, -MAX, MAX)),
     may("name", Kind::Text),
-    may("sparse", Kind::Object(&[
-        must("count", COUNT),
-        must("indices", Kind::Object(&[
-            must("bufferView", Kind::Index("bufferViews")),
-            may("byteOffset", OFFSET),
-            must("componentType", CODE),
-        ])),
-        must("values", Kind::Object(&[must("bufferView", Kind::Index("bufferViews")), may("byteOffset", OFFSET)])),
-    ])),
+    may(
+        "sparse",
+        Kind::Object(&[
+            must("count", COUNT),
+            must(
+                "indices",
+                Kind::Object(&[
+                    must("bufferView", Kind::Index("bufferViews")),
+                    may("byteOffset", OFFSET),
+                    must("componentType", CODE),
+                ]),
+            ),
+            must("values", Kind::Object(&[must("bufferView", Kind::Index("bufferViews")), may("byteOffset", OFFSET)])),
+        ]),
+    ),
 ];
 
 static ANIMATION: &[Row] = &[
-    must("channels", Kind::List(&Kind::Object(&[
-        must("sampler", Kind::Whole(0, u64::MAX)),
-        must("target", Kind::Object(&[may("node", Kind::Index("nodes")), must("path", Kind::Text)])),
-    ]))),
-    must("samplers", Kind::List(&Kind::Object(&[
-        must("input", Kind::Index("accessors")),
-        must("output", Kind::Index("accessors")),
-        may("interpolation", Kind::Text),
-    ]))),
+    must(
+        "channels",
+        Kind::List(&Kind::Object(&[
+            must("sampler", Kind::Whole(0, u64::MAX)),
+            must("target", Kind::Object(&[may("node", Kind::Index("nodes")), must("path", Kind::Text)])),
+        ])),
+    ),
+    must(
+        "samplers",
+        Kind::List(&Kind::Object(&[
+            must("input", Kind::Index("accessors")),
+            must("output", Kind::Index("accessors")),
+            may("interpolation", Kind::Text),
+        ])),
+    ),
     may("name", Kind::Text),
 ];
 
@@ -138,18 +156,19 @@ static BUFFER_VIEW: &[Row] = &[
 
 static CAMERA: &[Row] = &[
     must("type", Kind::Text),
-    may("perspective", Kind::Object(&[
-        may("aspectRatio", Kind::Above(0.0)),
-        must("yfov", Kind::Above(0.0)),
-        may("zfar", Kind::Above(0.0)),
-        must("znear", Kind::Above(0.0)),
-    ])),
-    may("orthographic", Kind::Object(&[
-        must("xmag", ANY),
-        must("ymag", ANY),
-        must("zfar", Kind::Above(0.0)),
-        must("znear", SOME),
-    ])),
+    may(
+        "perspective",
+        Kind::Object(&[
+            may("aspectRatio", Kind::Above(0.0)),
+            must("yfov", Kind::Above(0.0)),
+            may("zfar", Kind::Above(0.0)),
+            must("znear", Kind::Above(0.0)),
+        ]),
+    ),
+    may(
+        "orthographic",
+        Kind::Object(&[must("xmag", ANY), must("ymag", ANY), must("zfar", Kind::Above(0.0)), must("znear", SOME)]),
+    ),
     may("name", Kind::Text),
 ];
 
@@ -173,19 +192,21 @@ macro_rules! normal {
 }
 
 static MATERIAL: &[Row] = &[
-    may("pbrMetallicRoughness", Kind::Object(&[
-        may("baseColorFactor", ratios(4)),
-        may("baseColorTexture", texture!()),
-        may("metallicFactor", RATIO),
-        may("roughnessFactor", RATIO),
-        may("metallicRoughnessTexture", texture!()),
-    ])),
+    may(
+        "pbrMetallicRoughness",
+        Kind::Object(&[
+            may("baseColorFactor", ratios(4)),
+            may("baseColorTexture", texture!()),
+            may("metallicFactor", RATIO),
+            may("roughnessFactor", RATIO),
+            may("metallicRoughnessTexture", texture!()),
+        ]),
+    ),
     may("normalTexture", normal!()),
-    may("occlusionTexture", Kind::Object(&[
-        must("index", Kind::Index("textures")),
-        may("texCoord", CODE),
-        may("strength", RATIO),
-    ])),
+    may(
+        "occlusionTexture",
+        Kind::Object(&[must("index", Kind::Index("textures")), may("texCoord", CODE), may("strength", RATIO)]),
+    ),
     may("emissiveTexture", texture!()),
     may("emissiveFactor", ratios(3)),
     may("alphaMode", Kind::Text),
@@ -195,13 +216,16 @@ static MATERIAL: &[Row] = &[
 ];
 
 static MESH: &[Row] = &[
-    must("primitives", Kind::List(&Kind::Object(&[
-        must("attributes", Kind::Attributes),
-        may("indices", Kind::Index("accessors")),
-        may("material", Kind::Index("materials")),
-        may("mode", CODE),
-        may("targets", Kind::List(&Kind::Attributes)),
-    ]))),
+    must(
+        "primitives",
+        Kind::List(&Kind::Object(&[
+            must("attributes", Kind::Attributes),
+            may("indices", Kind::Index("accessors")),
+            may("material", Kind::Index("materials")),
+            may("mode", CODE),
+            may("targets", Kind::List(&Kind::Attributes)),
+        ])),
+    ),
     may("weights", Kind::Numbers(1, usize::MAX, -MAX, MAX)),
     may("name", Kind::Text),
 ];
@@ -219,13 +243,8 @@ static NODE: &[Row] = &[
     may("name", Kind::Text),
 ];
 
-static SAMPLER: &[Row] = &[
-    may("magFilter", CODE),
-    may("minFilter", CODE),
-    may("wrapS", CODE),
-    may("wrapT", CODE),
-    may("name", Kind::Text),
-];
+static SAMPLER: &[Row] =
+    &[may("magFilter", CODE), may("minFilter", CODE), may("wrapS", CODE), may("wrapT", CODE), may("name", Kind::Text)];
 
 static SKIN: &[Row] = &[
     may("inverseBindMatrices", Kind::Index("accessors")),
@@ -236,46 +255,55 @@ static SKIN: &[Row] = &[
 
 /// The extensions that are read.
 static EXTENSIONS: &[(&str, &[Row])] = &[
-    ("KHR_texture_transform", &[
-        may("offset", vector(2)),
-        may("rotation", ANY),
-        may("scale", vector(2)),
-        may("texCoord", CODE),
-    ]),
+    (
+        "KHR_texture_transform",
+        &[may("offset", vector(2)), may("rotation", ANY), may("scale", vector(2)), may("texCoord", CODE)],
+    ),
     ("KHR_lights_punctual", &[may("lights", Kind::List(&Kind::Object(LIGHT))), may("light", CODE)]),
     ("KHR_materials_transmission", &[may("transmissionFactor", RATIO), may("transmissionTexture", texture!())]),
     ("KHR_materials_ior", &[may("ior", SOME)]),
-    ("KHR_materials_volume", &[
-        may("thicknessFactor", SOME),
-        may("thicknessTexture", texture!()),
-        may("attenuationDistance", Kind::Above(0.0)),
-        may("attenuationColor", ratios(3)),
-    ]),
-    ("KHR_materials_specular", &[
-        may("specularFactor", RATIO),
-        may("specularTexture", texture!()),
-        may("specularColorFactor", Kind::Numbers(3, 3, 0.0, MAX)),
-        may("specularColorTexture", texture!()),
-    ]),
-    ("KHR_materials_clearcoat", &[
-        may("clearcoatFactor", RATIO),
-        may("clearcoatTexture", texture!()),
-        may("clearcoatRoughnessFactor", RATIO),
-        may("clearcoatRoughnessTexture", texture!()),
-        may("clearcoatNormalTexture", normal!()),
-    ]),
-    ("KHR_materials_sheen", &[
-        may("sheenColorFactor", ratios(3)),
-        may("sheenColorTexture", texture!()),
-        may("sheenRoughnessFactor", RATIO),
-        may("sheenRoughnessTexture", texture!()),
-    ]),
+    (
+        "KHR_materials_volume",
+        &[
+            may("thicknessFactor", SOME),
+            may("thicknessTexture", texture!()),
+            may("attenuationDistance", Kind::Above(0.0)),
+            may("attenuationColor", ratios(3)),
+        ],
+    ),
+    (
+        "KHR_materials_specular",
+        &[
+            may("specularFactor", RATIO),
+            may("specularTexture", texture!()),
+            may("specularColorFactor", Kind::Numbers(3, 3, 0.0, MAX)),
+            may("specularColorTexture", texture!()),
+        ],
+    ),
+    (
+        "KHR_materials_clearcoat",
+        &[
+            may("clearcoatFactor", RATIO),
+            may("clearcoatTexture", texture!()),
+            may("clearcoatRoughnessFactor", RATIO),
+            may("clearcoatRoughnessTexture", texture!()),
+            may("clearcoatNormalTexture", normal!()),
+        ],
+    ),
+    (
+        "KHR_materials_sheen",
+        &[
+            may("sheenColorFactor", ratios(3)),
+            may("sheenColorTexture", texture!()),
+            may("sheenRoughnessFactor", RATIO),
+            may("sheenRoughnessTexture", texture!()),
+        ],
+    ),
     ("KHR_materials_emissive_strength", &[may("emissiveStrength", SOME)]),
-    ("KHR_materials_anisotropy", &[
-        may("anisotropyStrength", RATIO),
-        may("anisotropyRotation", ANY),
-        may("anisotropyTexture", texture!()),
-    ]),
+    (
+        "KHR_materials_anisotropy",
+        &[may("anisotropyStrength", RATIO), may("anisotropyRotation", ANY), may("anisotropyTexture", texture!())],
+    ),
     ("KHR_materials_unlit", &[]),
     ("KHR_mesh_quantization", &[]),
     ("EXT_texture_webp", &[must("source", Kind::Index("images"))]),
@@ -286,10 +314,13 @@ static LIGHT: &[Row] = &[
     may("color", Kind::Numbers(3, 3, 0.0, MAX)),
     may("intensity", SOME),
     may("range", Kind::Above(0.0)),
-    may("spot", Kind::Object(&[
-        may("innerConeAngle", Kind::Number(0.0, std::f64::consts::FRAC_PI_2)),
-        may("outerConeAngle", Kind::Number(0.0, std::f64::consts::FRAC_PI_2)),
-    ])),
+    may(
+        "spot",
+        Kind::Object(&[
+            may("innerConeAngle", Kind::Number(0.0, std::f64::consts::FRAC_PI_2)),
+            may("outerConeAngle", Kind::Number(0.0, std::f64::consts::FRAC_PI_2)),
+        ]),
+    ),
     may("name", Kind::Text),
 ];
 
@@ -313,7 +344,11 @@ struct Check<'c> {
 
 impl Check<'_> {
     fn report(&mut self, at: &str, message: impl Into<String>) {
-        self.faults.push(Fault::new(at, message, "export the model again, or check it with the Khronos glTF validator"));
+        self.faults.push(Fault::new(
+            at,
+            message,
+            "export the model again, or check it with the Khronos glTF validator",
+        ));
     }
 
     fn object(&mut self, value: &Value, rows: &[Row], at: &str) {
