@@ -81,6 +81,10 @@ impl<'a> Lower<'_, 'a> {
                 self.mesh(id, node, index);
                 Shape::Mesh(Arc::default())
             }
+            "model" => {
+                self.model(id, node, index);
+                return None;
+            }
             _ => return None,
         })
     }

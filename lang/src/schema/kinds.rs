@@ -96,14 +96,14 @@ pub static KINDS: &[Kind] = &[
     kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends"),
     kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y"),
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
-    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene").later(),
+    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene"),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),
     kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared").later(),
     kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one").later(),
     kind("rigid_body", Sort::Part, &[RIGID_BODY], "makes its shape a body of the simulation").later().inside(&[]),
     kind("joint", Sort::Joint, &[JOINT], "holds two bodies together").later(),
     kind("cloth", Sort::Part, &[CLOTH], "makes its shape a cloth").later().inside(&["quad", "mesh"]),
-    kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").later().inside(&["model"]),
+    kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").inside(&["model"]),
     kind("denoise", Sort::Part, &[], "reserved").later().inside(&["render"]),
     kind("fluid", Sort::Simulation, &[], "reserved").later(),
     kind("forces", Sort::Simulation, &[], "reserved").later(),
@@ -372,8 +372,8 @@ const MESH: &[Property] = &[
 
 const MODEL: &[Property] = &[
     row("file", Type::Text, Default::Needed, "a glTF or GLB file"),
-    row("clip", Type::Text, Default::Computed, "which of its animations plays"),
-    row("clip_time", TIME, Default::Computed, "where it plays").moving(),
+    row("clip", Type::Text, Default::Computed, "which of its animations plays").later(),
+    row("clip_time", TIME, Default::Computed, "where it plays").moving().later(),
 ];
 
 const INSTANCE: &[Property] = &[row("of", Type::Placed, Default::Needed, "what is shown once more")];
