@@ -217,6 +217,26 @@ fn ellipsoid_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     return LightSample(p, unit, pdf_of_area(per_area, eye, p, unit), shape, light);
 }
 
+fn other_light_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
+    let kind = lights[light].kind;
+    let drawn = other_sample(kind.z, lights[light].edge_u.y, lights[light].edge_v.xyz, u);
+    let p = world_point(kind.y, drawn.at.p);
+    let n = world_normal(kind.y, drawn.at.n);
+    let unit = normalize(n);
+    return LightSample(p, unit, pdf_of_area(drawn.pdf / ellipsoid_stretch(light, n), eye, p, unit), kind.y, light);
+}
+
+// The density of a place of such a light, a square metre of the world.
+fn other_light_density(light: u32, p: vec3<f32>) -> f32 {
+    let kind = lights[light].kind;
+    let size = lights[light].edge_u.y;
+    let q = object_point(kind.y, p);
+    let part = other_part(kind.z, q);
+    let at = other_point(kind.z, size, q, part);
+    let density = other_density(kind.z, size, at.p, part, lights[light].edge_v.xyz);
+    return density / ellipsoid_stretch(light, world_normal(kind.y, at.n));
+}
+
 /// A light, and the chance with which it was chosen.
 struct Choice {
     light: u32,
@@ -301,7 +321,7 @@ fn light_tree_choose(p: vec3<f32>, n: vec3<f32>, u: ptr<function, f32>) -> Choic
 // The chance with which the tree chooses `light`.
 fn light_tree_chance(light: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
     var at = params.light_tree;
-    var way = lights[light].kind.z;
+    var way = lights[light].kind.w;
     var chance = 1.0;
     for (var level = 0u; level < TREE_LEVELS; level++) {
         let first = light_importance(at, p, n);
@@ -402,6 +422,11 @@ fn light_sample(eye: vec3<f32>, n: vec3<f32>, u: vec2<f32>) -> LightSample {
             let sky = sky_sample(v);
             s = LightSample(sky.xyz, -sky.xyz, sky.w, 0u, light);
         }
+        case LIGHT_OTHER: {
+            if (params.features & FEATURE_OTHER) != 0u {
+                s = other_light_sample(light, eye, v);
+            }
+        }
         default: {
             s = flat_sample(light, eye, v);
         }
@@ -477,6 +502,12 @@ fn light_pdf(s: Surface, eye: vec3<f32>, n: vec3<f32>) -> f32 {
             let normal = world_normal(s.shape, q);
             let per_area = 0.25 * INV_PI / ellipsoid_stretch(light, normal);
             return chance * pdf_of_area(per_area, eye, s.p, normalize(normal));
+        }
+        case LIGHT_OTHER: {
+            if (params.features & FEATURE_OTHER) == 0u {
+                return 0.0;
+            }
+            return chance * pdf_of_area(other_light_density(light, s.p), eye, s.p, s.ng);
         }
         case LIGHT_RECTANGLE: {
             let solid_angle = spherical_rectangle(light, eye).solid_angle;

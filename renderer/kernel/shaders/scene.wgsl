@@ -5,6 +5,8 @@
 const PRIMITIVE_TRIANGLE: u32 = 0x00000000u;
 const PRIMITIVE_PARALLELOGRAM: u32 = 0x40000000u;
 const PRIMITIVE_SPHERE: u32 = 0x80000000u;
+/// One of OTHER_…: see shapes.wgsl.
+const PRIMITIVE_OTHER: u32 = 0xc0000000u;
 const PRIMITIVE_KIND: u32 = 0xc0000000u;
 
 /// `Material::kind.x`.
@@ -46,6 +48,8 @@ const FEATURE_DELTA: u32 = 0x00400000u;
 const FEATURE_LIGHT_TREE: u32 = 0x00800000u;
 /// Emitters that shine in a cone.
 const FEATURE_BEAM: u32 = 0x01000000u;
+/// A shape of shapes.wgsl.
+const FEATURE_OTHER: u32 = 2u;
 /// Shifted by a MATERIAL_…: that kind. A GPU compiles the shaders anew for each set of features, and leaves out the rest.
 const FEATURE_MATERIAL: u32 = 256u;
 
@@ -55,11 +59,13 @@ const LIGHT_PARALLELOGRAM: u32 = 1u;
 const LIGHT_SPHERE: u32 = 2u;
 const LIGHT_ELLIPSOID: u32 = 3u;
 const LIGHT_RECTANGLE: u32 = 4u;
-const LIGHT_POINT: u32 = 5u;
-const LIGHT_SPOT: u32 = 6u;
+/// A shape of shapes.wgsl.
+const LIGHT_OTHER: u32 = 5u;
+const LIGHT_POINT: u32 = 6u;
+const LIGHT_SPOT: u32 = 7u;
 /// From here on they are infinitely far away.
-const LIGHT_SUN: u32 = 7u;
-const LIGHT_SKY: u32 = 8u;
+const LIGHT_SUN: u32 = 8u;
+const LIGHT_SKY: u32 = 9u;
 
 /// No hit, no light.
 const NONE: u32 = 0xffffffffu;
@@ -117,14 +123,15 @@ struct Params {
 }
 
 /// A primitive of the BVH, in its leaf order: the coordinates of its corners, a lane each, so that all edges are tested
-/// at once. A triangle's fourth corner is its first. A sphere is its shape's unit sphere and has no corners.
+/// at once. A triangle's fourth corner is its first. A sphere is its shape's unit sphere and has no corners; of another
+/// shape, x.x is its size.
 struct Primitive {
     x: vec4<f32>,
     y: vec4<f32>,
     z: vec4<f32>,
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
-    /// Index in its shape; 1 if u grows along the last edge instead of the first; the rest is unused.
+    /// Index in its shape; 1 if u grows along the last edge instead of the first; OTHER_…; the rest is unused.
     index: vec4<u32>,
 }
 
@@ -164,16 +171,16 @@ struct Light {
     /// A corner, the centre, or the unit vector to a sun; w: sum of the chances of all lights before it that it is chosen
     /// among (2 for those after the last with any).
     origin: vec4<f32>,
-    /// An edge; sphere: radius in x; point, spot: W/sr; sun: radiance, or irradiance of one without a disc; w: chance to
-    /// be chosen.
+    /// An edge; sphere: radius in x; ellipsoid and other: the determinant of its transform in x; other: its size in y;
+    /// point, spot: W/sr; sun: radiance, or irradiance of one without a disc; w: chance to be chosen.
     edge_u: vec4<f32>,
-    /// The other edge; spot: the unit vector in which it shines, then 1 - cos of the cone's half angle; sun: the same of
-    /// its disc in x, 0 without one.
+    /// The other edge; other: the chances of its parts; spot: the unit vector in which it shines, then 1 - cos of the cone's
+    /// half angle; sun: the same of its disc in x, 0 without one.
     edge_v: vec4<f32>,
     /// Of a flat light: its outward unit normal; w: 1 / area in m²; spot: x: 1 - cos of the half angle within which it is
     /// brightest.
     normal: vec4<f32>,
-    /// LIGHT_…, shape, way down the tree of lights (from the lowest bit, 1 for the second child); w unused.
+    /// LIGHT_…, shape, OTHER_…, way down the tree of lights (from the lowest bit, 1 for the second child).
     kind: vec4<u32>,
 }
 

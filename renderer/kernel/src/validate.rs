@@ -5,9 +5,8 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, LIGHT_SKY, LIGHT_SUN, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, PRIMITIVE_KIND,
-    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TREE_CHILD,
-    TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, LIGHT_SKY, LIGHT_SUN, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material,
+    NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -78,6 +77,7 @@ impl Packed {
             let near = i < self.params.light_count as usize || self.params.distant_count == 0;
             let kinds = if near { LIGHT_SUN } else { LIGHT_SKY + 1 };
             At("lights", i).below("the kind", light.kind.x.into(), kinds as usize)?;
+            At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?;
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
         self.validate_sky()?;
@@ -162,8 +162,9 @@ impl Packed {
         for (i, primitive) in self.primitives.iter().enumerate() {
             let at = At("primitives", i);
             let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
-            let known = [PRIMITIVE_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE].contains(&kind);
-            at.below("the kind", u64::from(!known), 1)?;
+            if kind == PRIMITIVE_OTHER {
+                at.below("the kind", primitive.index.z.into(), OTHER_TORUS as usize + 1)?;
+            }
             at.below("the shape", shape.into(), self.shapes.len())?;
             let Some(shape) = self.shapes.get(shape as usize) else { continue };
             if shape.index.y != NONE {

@@ -75,6 +75,12 @@ pub fn round(kind: u32, shape: u32, centre: DVec3, size: f64, area_m2: f64, powe
     Light { packed, power, reach: Reach::round(box_[0], box_[1], power / 4.0) }
 }
 
+/// A light of several parts, of which nothing is known but its box.
+pub fn other(kind: u32, shape: u32, origin: DVec3, edges: [DVec3; 2], power: f64, box_: [DVec3; 2]) -> Light {
+    let packed = Packed { normal: Vec4::ZERO, ..record(kind, shape, origin, edges, 1.0) };
+    Light { packed, power, reach: Reach::round(box_[0], box_[1], power) }
+}
+
 fn record(kind: u32, shape: u32, origin: DVec3, edges: [DVec3; 2], area_m2: f64) -> Packed {
     Packed {
         origin: origin.as_vec3().extend(0.0),

@@ -40,7 +40,7 @@ pub fn build(lights: &mut [Light], words: &mut Vec<u32>) -> Option<u32> {
     subtree(&mut items, &mut words[first..], first, 0, 0);
     // A light that is never chosen has a way that leads to another; its chance is 0 all the same.
     for item in &items {
-        lights[item.light as usize].packed.kind.z = item.way;
+        lights[item.light as usize].packed.kind.w = item.way;
     }
     Some(first as u32)
 }
