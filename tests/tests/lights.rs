@@ -76,7 +76,7 @@ fn check(cases: Vec<Case>) {
             for (name, kernel) in [("cpu", Some(&mut cpu)), ("gpu", on_gpu)] {
                 let Some(kernel) = kernel else { continue };
                 let got = kernel.measure(&world, &[[0, 0, 4, 4]], SEEDS)[0];
-                report.compare(&format!("{name}: {}, {mis:?}", case.name), &got, &truth, 2e-4, 0.1);
+                report.compare(&format!("{name}: {}, {mis:?}", case.name), &got, &truth, 2e-4, 0.15);
             }
         }
     }
