@@ -84,7 +84,11 @@ pub fn load_bytes(id: FileId, path: &Path, bytes: &[u8], changes: &Changes) -> R
     Ok(evaluate(source, error, folder, path, changes))
 }
 
-fn project(path: &Path) -> Result<(Folder, String), String> {
+/// The project that a file belongs to, and the path of the file in it.
+///
+/// # Errors
+/// The folder is not there or cannot be read.
+pub fn project(path: &Path) -> Result<(Folder, String), String> {
     Folder::of(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => format!("there is no file `{}`", path.display()),
         _ => format!("cannot read `{}`: {error}", path.display()),
@@ -204,11 +208,12 @@ impl Loaded {
         let code = match (error.fault, error.property) {
             (Fault::NotFinite, _) => "E0403",
             (Fault::OutOfRange { .. }, "ior") => "E0406",
-            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color") => "E0407",
+            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color")
+                if !matches!(error.place, Place::Sky | Place::Light(_)) => "E0407",
             (Fault::OutOfRange { .. }, "fov") => "E0408",
             (Fault::OutOfRange { .. }, _) => "E0401",
             (Fault::Singular, _) => "E0404",
-            (Fault::AimedAtItself | Fault::UpAlongView, _) => "E0405",
+            (Fault::AimedAtItself | Fault::UpAlongView | Fault::NoDirection, _) => "E0405",
             (Fault::NoFocus, _) => "E0207",
             (Fault::NoCamera, _) => "E0501",
             (Fault::Dangling, _) => INTERNAL,
@@ -238,6 +243,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         PackError::Coordinates { .. } => "E0401",
         PackError::TooMany { .. }
         | PackError::TooDeep { .. }
+        | PackError::Words { .. }
         | PackError::Materials { .. }
         | PackError::Emitters { .. } => "E1004",
     };

@@ -24,6 +24,18 @@ fn files() -> Memory {
         ("lib/ring.kin", b"lang 1\nimport \"chain.kin\" as chain\nlet a = chain.b\n"),
         ("lib/chain.kin", b"lang 1\nimport \"ring.kin\" as ring\nlet b = ring.a\n"),
         ("lib/latin.kin", b"let caf\xE9 = 1"),
+        (
+            "arm.gltf",
+            br#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_x"],"nodes":[{"name":"Arm","children":[1]},{"name":"Hand"}]}"#,
+        ),
+        (
+            "draco.gltf",
+            br#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],
+                "extensionsRequired":["KHR_draco_mesh_compression"]}"#,
+        ),
+        ("broken.gltf", br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":3},{"rotation":[0,0,0,2]}]}"#),
+        ("away.gltf", br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"../away.bin"}]}"#),
+        ("picture.gltf", br#"{"asset":{"version":"2.0"},"images":[{"uri":"data:image/png;base64,AAAA"}]}"#),
     ])
 }
 

@@ -1,14 +1,19 @@
 //! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
 
+pub mod gltf;
 pub mod hdr;
+mod model;
 mod obj;
+mod picture;
 mod ply;
 mod shape;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use kinora_scene::{Mesh, Shape};
+use kinora_scene::{Image, Mesh, Shape, SkyLight, Texels};
+
+pub use model::load_models;
 
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
@@ -113,6 +118,54 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
             node.shape = Some(Shape::Mesh(mesh));
         }
     }
+}
+
+/// Puts the picture of the sky into the scene.
+pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
+    let (Some(request), Some(sky)) = (lowered.sky.take(), &mut lowered.scene.sky) else { return };
+    let (file, span) = (source.id, request.span);
+    let picture = match picture(&request.path, files, source, span) {
+        Ok(picture) => picture,
+        Err(diagnostic) => return diagnostics.push(*diagnostic),
+    };
+    let [width, height] = picture.size;
+    let is_light = |c: &f32| *c >= 0.0 && c.is_finite();
+    let bad = picture.rgb.as_chunks::<3>().0.iter().filter(|texel| !texel.iter().all(is_light)).count();
+    if bad > 0 {
+        let texels = if bad == 1 { "texel" } else { "texels" };
+        let message = format!("`{}` has {bad} {texels} that are negative or not finite", request.path);
+        diagnostics.push(
+            Diagnostic::new("W0810", message)
+                .primary(file, span, "no light comes from there")
+                .note("what is negative or not a number is taken as 0, what is infinite as the largest finite value"),
+        );
+    }
+    let largest = picture.rgb.iter().copied().filter(|c| c.is_finite()).fold(0.0, f32::max);
+    let clean = |c: f32| match c {
+        c if is_light(&c) => c,
+        f32::INFINITY => largest,
+        _ => 0.0,
+    };
+    let texels = picture.rgb.as_chunks::<3>().0.iter().map(|&[r, g, b]| [clean(r), clean(g), clean(b), 1.0]).collect();
+    if let Some(image) = Image::new(request.path, width, height, Texels::Rgba32F(texels)) {
+        sky.light = SkyLight::Map { image: Arc::new(image), rotation: request.rotation };
+    }
+}
+
+fn picture(
+    written: &str,
+    files: &dyn Files,
+    source: &Texts,
+    span: Span,
+) -> Result<hdr::LightPicture, Box<Diagnostic>> {
+    let file = source.id;
+    let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
+    let bytes = files.read(&path).map_err(|error| error.diagnostic(file, span))?;
+    hdr::read(&bytes).map_err(|error| {
+        let diagnostic = Diagnostic::new(error.code, format!("`{written}` {}", error.message));
+        let diagnostic = diagnostic.primary(file, span, "cannot be used");
+        Box::new(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) })
+    })
 }
 
 /// W0509.

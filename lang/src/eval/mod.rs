@@ -101,6 +101,8 @@ fn eval_modules(
     let mut lowered = lowered;
     if let Some(lowered) = &mut lowered {
         assets::load_meshes(lowered, files, &modules.texts, &mut diagnostics);
+        assets::load_sky(lowered, files, &modules.texts, &mut diagnostics);
+        assets::load_models(lowered, files, &modules.texts, &mut diagnostics);
     }
     for found in &mut diagnostics {
         modules.texts.settle(found);
