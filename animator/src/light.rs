@@ -25,9 +25,8 @@ pub(crate) fn light(
         Some(parent) => find(poses, parent, read, "position")?,
         None => DAffine3::IDENTITY,
     };
-    let place = |position: &Track<DVec3>| {
-        read.finite("position", parent.transform_point3(read.vector("position", position)?))
-    };
+    let place =
+        |position: &Track<DVec3>| read.finite("position", parent.transform_point3(read.vector("position", position)?));
     let size = parent.matrix3.determinant().abs().cbrt();
     let radius = |radius_m: f64| read.check("radius", radius_m * size, Range::FromZero);
     let kind = match &light.kind {
@@ -50,9 +49,7 @@ pub(crate) fn light(
                 Beam::Direction(direction) => {
                     ("direction", parent.transform_vector3(read.vector("direction", direction)?))
                 }
-                Beam::Point(target) => {
-                    ("look_at", parent.transform_point3(read.vector("look_at", target)?) - from)
-                }
+                Beam::Point(target) => ("look_at", parent.transform_point3(read.vector("look_at", target)?) - from),
                 Beam::Node(target) => ("look_at", find(poses, *target, read, "look_at")?.translation - from),
             };
             LightKind::Spot {

@@ -140,10 +140,9 @@ pub(crate) fn sky(read: Reader<'_>, sky: &Sky<Animated>) -> Result<Sky<Still>, S
     Ok(Sky {
         light: match &sky.light {
             SkyLight::Color(color) => SkyLight::Color(read.color("color", color, Range::FromZero)?),
-            SkyLight::Map { image, rotation } => SkyLight::Map {
-                image: image.clone(),
-                rotation: read.number("rotation", rotation, Range::Any)?,
-            },
+            SkyLight::Map { image, rotation } => {
+                SkyLight::Map { image: image.clone(), rotation: read.number("rotation", rotation, Range::Any)? }
+            }
             SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity } => SkyLight::Nishita {
                 sun_elevation: read.number("sun_elevation", sun_elevation, Range::Any)?,
                 sun_azimuth: read.number("sun_azimuth", sun_azimuth, Range::Any)?,

@@ -385,7 +385,11 @@ fn faults_of_what_is_made_of_materials() {
 
 #[test]
 fn faults_of_sky_and_look() {
-    let sky = |color, strength: f64| Sky { light: SkyLight::Color(Track::Const(color)), strength: strength.into(), visible: true };
+    let sky = |color, strength: f64| Sky {
+        light: SkyLight::Color(Track::Const(color)),
+        strength: strength.into(),
+        visible: true,
+    };
     let check = |value, property, fault| check_edit(|scene| scene.sky = Some(value), Place::Sky, property, fault);
     check(sky(Color::ONE, -1.0), "strength", too(-1.0, "0 or more"));
     check(sky(Color::new(f32::INFINITY, 0.0, 0.0), 1.0), "color", Fault::NotFinite);

@@ -209,7 +209,10 @@ impl Loaded {
             (Fault::NotFinite, _) => "E0403",
             (Fault::OutOfRange { .. }, "ior") => "E0406",
             (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color")
-                if !matches!(error.place, Place::Sky | Place::Light(_)) => "E0407",
+                if !matches!(error.place, Place::Sky | Place::Light(_)) =>
+            {
+                "E0407"
+            }
             (Fault::OutOfRange { .. }, "fov") => "E0408",
             (Fault::OutOfRange { .. }, _) => "E0401",
             (Fault::Singular, _) => "E0404",

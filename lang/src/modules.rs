@@ -152,34 +152,35 @@ impl Loader<'_> {
             return None;
         }
         let next = FileId(id.0.saturating_add(self.modules.list.len() as u32));
-        let (source, errors) = match standard {
-            true => match library::find(&name) {
-                Some(text) => (Source::new(next, name.as_str(), text), Vec::new()),
-                None => {
-                    let known = library::FILES.iter().map(|file| file.0);
-                    let mut found = Diagnostic::new("E0701", format!("the standard library has no `{name}`"))
-                        .primary(id, span, "no such part");
-                    found = match suggest(&name, known.clone()).first() {
-                        Some(near) => {
-                            let text = format!("\"{near}\"");
-                            let help = format!("did you mean `{near}`?");
-                            found.fix(crate::diagnostic::Applicability::Safe, help, id, span, text)
-                        }
-                        None => found.help(format!("it has {}", all_of(known))),
-                    };
-                    self.report(found);
-                    return None;
-                }
-            },
-            false => match files::load(self.files, next, &name) {
-                Ok(loaded) => (loaded.source, Vec::from_iter(loaded.error)),
-                Err(error) => {
-                    let literal = self.modules.texts.slice(span).to_string();
-                    self.report(diagnose(self.files, &error, (id, span), &path.text, &literal));
-                    return None;
-                }
-            },
-        };
+        let (source, errors) =
+            match standard {
+                true => match library::find(&name) {
+                    Some(text) => (Source::new(next, name.as_str(), text), Vec::new()),
+                    None => {
+                        let known = library::FILES.iter().map(|file| file.0);
+                        let mut found = Diagnostic::new("E0701", format!("the standard library has no `{name}`"))
+                            .primary(id, span, "no such part");
+                        found = match suggest(&name, known.clone()).first() {
+                            Some(near) => {
+                                let text = format!("\"{near}\"");
+                                let help = format!("did you mean `{near}`?");
+                                found.fix(crate::diagnostic::Applicability::Safe, help, id, span, text)
+                            }
+                            None => found.help(format!("it has {}", all_of(known))),
+                        };
+                        self.report(found);
+                        return None;
+                    }
+                },
+                false => match files::load(self.files, next, &name) {
+                    Ok(loaded) => (loaded.source, Vec::from_iter(loaded.error)),
+                    Err(error) => {
+                        let literal = self.modules.texts.slice(span).to_string();
+                        self.report(diagnose(self.files, &error, (id, span), &path.text, &literal));
+                        return None;
+                    }
+                },
+            };
         let Some(base) = self.modules.texts.add(&source, limits::TEXT_OF_ALL_FILES) else {
             self.full = true;
             let most = limits::TEXT_OF_ALL_FILES >> 20;

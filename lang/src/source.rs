@@ -316,7 +316,8 @@ mod tests {
         let mut found = Diagnostic::new("E0201", "m").primary(FileId(3), Span::new(7, 9), "");
         found = found.label(FileId(3), Span::at(4), "").label(FileId(4), Span::at(1), "");
         texts.settle(&mut found);
-        let places: Vec<_> = found.labels.iter().map(|label| (label.file.0, label.span.start, label.span.end)).collect();
+        let places: Vec<_> =
+            found.labels.iter().map(|label| (label.file.0, label.span.start, label.span.end)).collect();
         assert_eq!(places, [(4, 2, 4), (3, 4, 4), (4, 1, 1)]);
     }
 }

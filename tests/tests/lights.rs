@@ -200,7 +200,8 @@ fn many_lights_by_a_tree() {
             let (a, r) = (f64::from(i) * 2.4, 0.2 + 0.05 * f64::from(i));
             let p = DVec3::new(r * a.cos(), 1.0 + 0.7 * (a * 1.7).sin(), r * a.sin()) * scale;
             let power = if i % 10 == 9 { 0.0 } else { f64::from(i % 7 + 1) } * scale * scale;
-            writeln!(lamps, "point_light {{ position: ({}, {}, {}), power: {power}W }}", p.x, p.y, p.z).expect("memory");
+            writeln!(lamps, "point_light {{ position: ({}, {}, {}), power: {power}W }}", p.x, p.y, p.z)
+                .expect("memory");
             truth += power / (4.0 * PI * p.length_squared()) * p.y / p.length();
         }
         let mut case = case(&format!("60 points, scale {scale}"), &lamps, truth, &[Mis::Nee, Mis::BSDF]);

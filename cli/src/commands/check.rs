@@ -95,9 +95,8 @@ struct Checked {
 fn merge(checked: Vec<Checked>) -> Vec<Diagnostic> {
     let imported: HashSet<Arc<str>> =
         checked.iter().flat_map(|file| file.sources.iter().skip(1)).map(|source| source.name.clone()).collect();
-    let is_part = |file: &Checked| {
-        !file.has_camera && file.sources.first().is_some_and(|source| imported.contains(&source.name))
-    };
+    let is_part =
+        |file: &Checked| !file.has_camera && file.sources.first().is_some_and(|source| imported.contains(&source.name));
     let mut seen = HashSet::new();
     let mut merged = Vec::new();
     for file in checked.iter().filter(|file| !is_part(file)) {

@@ -1,7 +1,8 @@
 //! What the viewer wants to know of a scene, and of two versions of it.
 
 use kinora_scene::{
-    Aim, Animated, Beam, Bsdf, Camera, Emission, Light, LightKind, Material, Reflectance, Scene, Shape, Sky, SkyLight, Track,
+    Aim, Animated, Beam, Bsdf, Camera, Emission, Light, LightKind, Material, Reflectance, Scene, Shape, Sky, SkyLight,
+    Track,
 };
 
 /// Whether the picture is taken as before: by a camera of the same name, place and aim. Where nodes come and go their

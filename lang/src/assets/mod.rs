@@ -135,7 +135,7 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
         let texels = if bad == 1 { "texel" } else { "texels" };
         let message = format!("`{}` has {bad} {texels} that are negative or not finite", request.path);
         diagnostics.push(
-            Diagnostic::new("W0810", message)
+            Diagnostic::new("W0811", message)
                 .primary(file, span, "no light comes from there")
                 .note("what is negative or not a number is taken as 0, what is infinite as the largest finite value"),
         );
@@ -152,12 +152,7 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
     }
 }
 
-fn picture(
-    written: &str,
-    files: &dyn Files,
-    source: &Texts,
-    span: Span,
-) -> Result<hdr::LightPicture, Box<Diagnostic>> {
+fn picture(written: &str, files: &dyn Files, source: &Texts, span: Span) -> Result<hdr::LightPicture, Box<Diagnostic>> {
     let file = source.id;
     let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
     let bytes = files.read(&path).map_err(|error| error.diagnostic(file, span))?;
@@ -193,7 +188,8 @@ fn load(request: &MeshRequest, files: &dyn Files, source: &Texts) -> Result<Mesh
                     .help("write `model { file: .. }`")
                     .into());
             }
-            let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
+            let path =
+                resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
             let bytes = files
                 .read(&path)
                 .map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;

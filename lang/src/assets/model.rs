@@ -262,13 +262,7 @@ fn replace_materials(
 }
 
 /// Follows a reference into a model.
-fn follow(
-    scene: &mut Scene,
-    inner: &InnerRequest,
-    placed: &Placed,
-    source: &Texts,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+fn follow(scene: &mut Scene, inner: &InnerRequest, placed: &Placed, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     if inner.by == InnerUse::Picture {
         let camera = placed.cameras.iter().find(|(name, _)| **name == *inner.path);
         let in_node = || {

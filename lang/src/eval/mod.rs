@@ -35,8 +35,8 @@ use crate::schema;
 use crate::source::{Source, Span};
 use crate::syntax::{Tree, ast};
 use machine::Machine;
-use scope::{Binding, Scope};
 pub use params::Param;
+use scope::{Binding, Scope};
 
 /// What the command line says about a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -82,11 +82,7 @@ pub fn eval_project(
     (eval_modules(&modules, files, overrides), modules.sources())
 }
 
-fn eval_modules(
-    modules: &Modules,
-    files: &dyn Files,
-    overrides: &Overrides,
-) -> Result<Evaluated, Vec<Diagnostic>> {
+fn eval_modules(modules: &Modules, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
     // The stack of the evaluation is its own, so that its depth does not hang on who calls.
     let nothing = Nothing::new();
     let run = || evaluate(modules, overrides, &nothing);

@@ -53,9 +53,8 @@ pub fn is_library(items: &[Item]) -> bool {
         Item::Node(node) => material(node),
         _ => false,
     };
-    let only = |item: &Item| {
-        declares(item) || matches!(item, Item::Let(_) | Item::Param(_) | Item::Import(_) | Item::Lang(_))
-    };
+    let only =
+        |item: &Item| declares(item) || matches!(item, Item::Let(_) | Item::Param(_) | Item::Import(_) | Item::Lang(_));
     items.iter().all(only) && items.iter().any(declares)
 }
 
@@ -452,25 +451,28 @@ impl<'a> Resolver<'a> {
                         let here = names.find(|name| *name.alias.as_ref().unwrap_or(&name.name).text == *text)?;
                         Some((modules.list.get(to?)?, here.name.text.clone()))
                     };
-                    let diagnostic = match (suggest(text, public.iter().copied()).first(), other.imports().find_map(passes)) {
-                        (_, Some((origin, there))) => {
-                            let origin = &origin.source.name;
-                            diagnostic.help(format!("it imports it itself: import `{there}` from \"{origin}\""))
-                        }
-                        (Some(near), _) => {
-                            let help = format!("did you mean `{near}`?");
-                            // Where it is imported by name, its uses have that name, too.
-                            let sure = if self.hoisting { Applicability::Maybe } else { Applicability::Safe };
-                            diagnostic.fix(sure, help, file, name.span, *near)
-                        }
-                        (None, _) if public.is_empty() => diagnostic.note("it declares nothing that others may use"),
-                        (None, _) => {
-                            const SHOWN: usize = 12;
-                            let more = if public.len() > SHOWN { " and more" } else { "" };
-                            let names = public.iter().take(SHOWN).copied();
-                            diagnostic.help(format!("it has {}{more}", all_of(names)))
-                        }
-                    };
+                    let diagnostic =
+                        match (suggest(text, public.iter().copied()).first(), other.imports().find_map(passes)) {
+                            (_, Some((origin, there))) => {
+                                let origin = &origin.source.name;
+                                diagnostic.help(format!("it imports it itself: import `{there}` from \"{origin}\""))
+                            }
+                            (Some(near), _) => {
+                                let help = format!("did you mean `{near}`?");
+                                // Where it is imported by name, its uses have that name, too.
+                                let sure = if self.hoisting { Applicability::Maybe } else { Applicability::Safe };
+                                diagnostic.fix(sure, help, file, name.span, *near)
+                            }
+                            (None, _) if public.is_empty() => {
+                                diagnostic.note("it declares nothing that others may use")
+                            }
+                            (None, _) => {
+                                const SHOWN: usize = 12;
+                                let more = if public.len() > SHOWN { " and more" } else { "" };
+                                let names = public.iter().take(SHOWN).copied();
+                                diagnostic.help(format!("it has {}{more}", all_of(names)))
+                            }
+                        };
                     self.report(diagnostic);
                 }
                 Declared::Import

@@ -49,11 +49,7 @@ impl<'a> Lower<'_, 'a> {
             let path = path.to_string();
             self.sky_picture = Some(SkyRequest { path, span, rotation: read::track(self.machine, node, "rotation") });
         }
-        Sky {
-            light,
-            strength: read::track(self.machine, node, "strength"),
-            visible: read::flag(node, "visible"),
-        }
+        Sky { light, strength: read::track(self.machine, node, "strength"), visible: read::flag(node, "visible") }
     }
 
     pub(super) fn lights(&mut self) -> Vec<Light<Animated>> {

@@ -24,8 +24,8 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
-use material::MadeOf;
 pub use light::SkyRequest;
+use material::MadeOf;
 pub use material::shining;
 pub use model::{InnerRequest, InnerUse, ModelRequest};
 pub use shape::{MeshFrom, MeshRequest};
@@ -183,8 +183,17 @@ impl<'a> Lower<'_, 'a> {
         let lights = self.lights();
         let wanted = camera.filter(|_| !self.models.is_empty()).map(String::from);
         let camera = self.which_camera(camera);
-        let scene =
-            Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky, lights };
+        let scene = Scene {
+            render,
+            look,
+            clock,
+            cameras,
+            camera,
+            nodes,
+            materials: std::mem::take(&mut self.materials),
+            sky,
+            lights,
+        };
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
@@ -315,7 +324,10 @@ impl<'a> Lower<'_, 'a> {
         let emitter = scene.nodes.iter().any(shines);
         // A sky whose light is in error is dark only because of that.
         let failed = self.found.skies.iter().filter_map(|id| self.machine.done(*id)).any(|node| {
-            let light = node.properties.iter().filter(|set| ["color", "strength", "file", "model"].contains(&set.property.name));
+            let light = node
+                .properties
+                .iter()
+                .filter(|set| ["color", "strength", "file", "model"].contains(&set.property.name));
             light.into_iter().any(|set| set.data.is_none())
         });
         if failed {

@@ -93,8 +93,14 @@ impl Other {
         let areas = DVec3::from_array(self.areas());
         let area = areas.element_sum();
         let sizes = DVec3::new(self.place.matrix3.determinant().abs(), self.size, 0.0);
-        let mut found =
-            lights::other(LIGHT_OTHER, shape, self.place.translation, [sizes, areas / area], area * power_per_m2, bounds);
+        let mut found = lights::other(
+            LIGHT_OTHER,
+            shape,
+            self.place.translation,
+            [sizes, areas / area],
+            area * power_per_m2,
+            bounds,
+        );
         found.packed.kind.z = self.kind;
         found
     }

@@ -27,7 +27,9 @@ pub fn map_of(image: &Image) -> Map {
     let clean = |c: f32| if c > 0.0 { c.min(BRIGHTEST) } else { 0.0 };
     let of = |rgb: [f32; 3]| Vec3::from_array(rgb.map(clean));
     let texels = match image.texels() {
-        Texels::Rgba8(texels) => texels.par_iter().map(|&[r, g, b, _]| of([r, g, b].map(|c| f32::from(c) / 255.0))).collect(),
+        Texels::Rgba8(texels) => {
+            texels.par_iter().map(|&[r, g, b, _]| of([r, g, b].map(|c| f32::from(c) / 255.0))).collect()
+        }
         Texels::Rgba16(texels) => {
             texels.par_iter().map(|&[r, g, b, _]| of([r, g, b].map(|c| f32::from(c) / 65535.0))).collect()
         }

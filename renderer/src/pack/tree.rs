@@ -30,8 +30,7 @@ struct Item {
 /// more, of which all that have no power are left out.
 pub fn build(lights: &mut [Light], words: &mut Vec<u32>) -> Option<u32> {
     let shining = lights.iter().enumerate().filter(|(_, light)| light.reach.intensity > 0.0);
-    let mut items: Vec<Item> =
-        shining.map(|(i, light)| Item { light: i as u32, way: 0, reach: light.reach }).collect();
+    let mut items: Vec<Item> = shining.map(|(i, light)| Item { light: i as u32, way: 0, reach: light.reach }).collect();
     if items.len() < 2 {
         return None;
     }
@@ -60,9 +59,8 @@ fn subtree(items: &mut [Item], words: &mut [u32], at: usize, level: u32, way: u3
     let large = left.len() + right.len() > ALONE;
     let second_way = way | 1 << level;
     let first = |items: &mut [Item], words: &mut [u32]| subtree(items, words, first_at, level + 1, way);
-    let second = |items: &mut [Item], words: &mut [u32]| {
-        subtree(items, words, first_at + left_words, level + 1, second_way)
-    };
+    let second =
+        |items: &mut [Item], words: &mut [u32]| subtree(items, words, first_at + left_words, level + 1, second_way);
     let (a, b) = match large {
         true => join(|| first(left, first_words), || second(right, second_words)),
         false => (first(left, first_words), second(right, second_words)),
@@ -123,9 +121,7 @@ fn cone_union(a: Reach, b: Reach) -> (DVec3, f64) {
     let spread = 0.5 * (wide.spread + between + narrow.spread);
     let across = wide.axis.cross(other);
     match across.try_normalize() {
-        Some(across) if spread < PI => {
-            (DQuat::from_axis_angle(across, spread - wide.spread) * wide.axis, spread)
-        }
+        Some(across) if spread < PI => (DQuat::from_axis_angle(across, spread - wide.spread) * wide.axis, spread),
         _ => (wide.axis, PI),
     }
 }
