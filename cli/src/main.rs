@@ -9,6 +9,7 @@ mod flags;
 mod frames;
 #[cfg(feature = "render")]
 mod memory;
+mod paths;
 #[cfg(feature = "render")]
 mod progress;
 mod report;
@@ -53,6 +54,7 @@ enum Command {
     #[cfg(feature = "viewer")]
     View(view::Args),
     Check(commands::check::Args),
+    Fmt(commands::fmt::Args),
     Inspect(commands::inspect::Args),
     Params(commands::params::Args),
     Explain(commands::explain::Args),
@@ -93,6 +95,7 @@ fn run(command: Command) -> Outcome {
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(&args),
         Command::Check(args) => commands::check::run(&args),
+        Command::Fmt(args) => commands::fmt::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Explain(args) => commands::explain::run(&args),

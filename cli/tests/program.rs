@@ -73,6 +73,52 @@ fn standard_input() {
 }
 
 #[test]
+fn scenes_are_laid_out() {
+    let folder = Folder::new();
+    let (untidy, tidy) = ("lang 1\nsky{color:#FFF}\n", "lang 1\nsky { color: #fff }\n");
+    let faulty = "lang 1\nsky{color:#FFF}\nbox a { size  1 }\n";
+    let run = |line: &str, text: &str| {
+        let mut command = folder.command(line);
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+        Ran::from(line, child.wait_with_output().unwrap())
+    };
+    for (name, text) in [("a/x.kin", untidy), ("a/y.kin", tidy), ("a/z.txt", untidy), ("b.kin", faulty)] {
+        folder.write(name, text);
+    }
+    assert_eq!(folder.run("fmt a --check").check(1, &[]).out.replace('\\', "/"), "a/x.kin\n");
+    let diff = folder.run("fmt a --diff").check(1, &[]).out;
+    assert!(diff.contains("-sky{color:#FFF}\n+sky { color: #fff }\n"), "{diff}");
+    assert_eq!(folder.read("a/x.kin"), untidy.as_bytes());
+    // A faulty file stays as it is and keeps no other from being laid out.
+    folder.run("fmt b.kin a").check(2, &["E0105", "b.kin:3"]);
+    assert_eq!(folder.read("a/x.kin"), tidy.as_bytes());
+    assert_eq!(folder.read("b.kin"), faulty.as_bytes());
+    assert_eq!(folder.names("a"), ["x.kin", "y.kin", "z.txt"]);
+    folder.run("fmt a --check").check(0, &[]);
+    folder.run("fmt b.kin --partial").check(1, &["E0105"]);
+    assert_eq!(folder.read("b.kin"), "lang 1\nsky { color: #fff }\nbox a { size  1 }\n".as_bytes());
+    assert_eq!(run("fmt -", untidy).check(0, &[]).out, tidy);
+    assert_eq!(run("fmt - --check", untidy).check(1, &[]).out, "stdin.kin\n");
+    assert_eq!(run("fmt - --stdin-path n.kin", faulty).check(2, &["n.kin:3"]).out, "");
+    folder.run("fmt missing.kin").check(2, &["there is no file `missing.kin`"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_scene_that_is_laid_out_keeps_its_permissions_and_its_links() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = Folder::new();
+    folder.write("real.kin", "sky{}\n");
+    std::fs::set_permissions(folder.path("real.kin"), std::fs::Permissions::from_mode(0o640)).unwrap();
+    symlink("real.kin", folder.path("link.kin")).unwrap();
+    folder.run("fmt link.kin").check(0, &[]);
+    assert_eq!(folder.read("real.kin"), b"sky {}\n");
+    assert_eq!(std::fs::metadata(folder.path("real.kin")).unwrap().permissions().mode() & 0o777, 0o640);
+    assert!(folder.path("link.kin").is_symlink());
+}
+
+#[test]
 fn folders_are_searched() {
     let folder = Folder::new();
     for name in ["a/x.kin", "a/b/y.kin", "a/.hidden/z.kin", "a/target/z.kin", "a/note.txt"] {

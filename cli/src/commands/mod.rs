@@ -4,6 +4,7 @@
 pub mod animate;
 pub mod check;
 pub mod explain;
+pub mod fmt;
 pub mod info;
 pub mod inspect;
 pub mod params;
