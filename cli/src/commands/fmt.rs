@@ -79,7 +79,7 @@ fn one(args: &Args, file: &Path) -> Result<Done, String> {
     }
     let tree = kinora_lang::parse(&source);
     let laid_out = match format(&tree) {
-        Err(_) if args.partial && !tree.errors().is_empty() => format_partial(&tree).map_err(|found| vec![*found]),
+        Err(_) if args.partial && !tree.errors().is_empty() => Ok(format_partial(&tree)),
         laid_out => laid_out,
     };
     // Of a file with mistakes the mistakes are said in any case.

@@ -8,10 +8,20 @@ use crate::source::Span;
 use crate::syntax::{SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, Tree, level_of};
 use rowan::NodeOrToken;
 
+/// How much round a mistake stays as it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Round {
+    /// The innermost item.
+    Item,
+    /// The item of the file.
+    Top,
+}
+
 /// The layout of a whole file. What has mistakes stays as it is, with the lines it stands on.
-pub(super) fn file<'a>(tree: &'a Tree) -> Doc<'a> {
+pub(super) fn file(tree: &Tree, round: Round) -> Doc<'_> {
     let root = tree.root();
-    let mut builder = Builder { text: &tree.source.text, trivia: Trivia::of(&root), faulty: faulty(tree), emitted: None };
+    let faulty = faulty(tree, round);
+    let mut builder = Builder { text: &tree.source.text, trivia: Trivia::of(&root), faulty, emitted: None };
     let mut parts = Vec::new();
     for (index, element) in builder.elements(&root, true).into_iter().enumerate() {
         if index > 0 {
@@ -29,36 +39,39 @@ pub(super) fn file<'a>(tree: &'a Tree) -> Doc<'a> {
 }
 
 /// Starts of the items that no line of may be touched; nothing where there is no mistake.
-fn faulty(tree: &Tree) -> Option<BTreeSet<u32>> {
+fn faulty(tree: &Tree, round: Round) -> Option<BTreeSet<u32>> {
     if tree.errors().is_empty() {
         return None;
     }
     let root = tree.root();
+    let start = |node: SyntaxNode| u32::from(node.text_range().start());
+    // Unread text in a list is a member of its own.
+    let is_alone = |part: &SyntaxElement| {
+        let list =
+            part.parent().filter(|list| is_list(list) && (round == Round::Item || list.kind() == SyntaxKind::File));
+        part.as_token().is_some_and(|token| token.kind().is_error()) && list.is_some()
+    };
     let mut faulty = BTreeSet::new();
-    for part in root.descendants_with_tokens().filter(|part| part.kind().is_error()) {
-        let is_alone = part.as_token().is_some() && part.parent().is_some_and(|parent| is_list(&parent));
-        let mut round = part.as_node().cloned().or(part.parent()).into_iter().flat_map(|node| node.ancestors());
-        faulty.extend(round.find(is_item).filter(|_| !is_alone).map(|item| u32::from(item.text_range().start())));
+    for part in root.descendants_with_tokens().filter(|part| part.kind().is_error() && !is_alone(part)) {
+        let mut items =
+            part.as_node().cloned().or(part.parent()).into_iter().flat_map(|node| node.ancestors()).filter(is_item);
+        faulty.extend(if round == Round::Item { items.next() } else { items.last() }.map(start));
     }
-    // Of what has no error node, the innermost item round both ends.
+    // Of what has no error node, the item round each end.
     for (_, span) in tree.errors().iter().filter_map(|error| error.place()) {
         for offset in [span.start, span.end] {
-            let round = |node: &SyntaxNode| {
-                let range = node.text_range();
+            let is_round = |part: &SyntaxElement| {
+                let range = part.text_range();
                 u32::from(range.start()) <= offset && offset <= u32::from(range.end())
             };
-            let (mut at, mut item) = (root.clone(), None);
-            while let Some(child) = at.children().find(round) {
-                item = is_item(&child).then(|| u32::from(child.text_range().start())).or(item);
+            let (mut at, mut items) = (root.clone(), Vec::new());
+            while let Some(child) = at.children().find(|child| is_round(&child.clone().into())) {
+                items.extend(Some(child.clone()).filter(is_item));
                 at = child;
             }
-            // Unread text in a list is a member of its own.
-            let is_alone = |part: SyntaxElement| {
-                let range = part.text_range();
-                let round = u32::from(range.start()) <= offset && offset <= u32::from(range.end());
-                part.as_token().is_some_and(|token| token.kind().is_error()) && round
-            };
-            faulty.extend(item.filter(|_| !is_list(&at) || !at.children_with_tokens().any(is_alone)));
+            if !at.children_with_tokens().any(|part| is_round(&part) && is_alone(&part)) {
+                faulty.extend(if round == Round::Item { items.pop() } else { items.into_iter().next() }.map(start));
+            }
         }
     }
     Some(faulty)
@@ -122,6 +135,13 @@ fn last_token(part: &SyntaxElement) -> Option<SyntaxToken> {
     None
 }
 
+/// Whether a separator is among what has no meaning from here on.
+fn is_separated(from: Option<SyntaxToken>, next: fn(&SyntaxToken) -> Option<SyntaxToken>) -> bool {
+    std::iter::successors(from, next)
+        .take_while(|token| is_between(token.kind()))
+        .any(|token| matches!(token.kind(), SyntaxKind::Comma | SyntaxKind::Semicolon))
+}
+
 fn parts(node: &SyntaxNode) -> impl Iterator<Item = SyntaxElement> {
     node.children_with_tokens().filter(|part| !is_between(part.kind()) && !part.text_range().is_empty())
 }
@@ -155,13 +175,15 @@ impl<'a> Builder<'a> {
         let mut elements: Vec<Element> = Vec::new();
         let mut was_faulty = false;
         for part in inside {
-            let is_faulty = is_list(list) && self.faulty.as_ref().is_some_and(|faulty| {
-                let start: u32 = part.text_range().start().into();
-                part.as_token().is_some() || part.kind() == SyntaxKind::Block || faulty.contains(&start)
-            });
+            let is_faulty = is_list(list)
+                && self.faulty.as_ref().is_some_and(|faulty| {
+                    let start: u32 = part.text_range().start().into();
+                    part.as_token().is_some() || part.kind() == SyntaxKind::Block || faulty.contains(&start)
+                });
             let mut element = Element::new(part);
             let joins = elements.last().is_some_and(|last| {
-                (was_faulty || is_faulty) && !self.slice(Span::new(last.span().end, element.span().start)).contains('\n')
+                (was_faulty || is_faulty)
+                    && !self.slice(Span::new(last.span().end, element.span().start)).contains('\n')
             });
             if is_faulty {
                 element.part = None;
@@ -206,7 +228,12 @@ impl<'a> Builder<'a> {
         match &element.part {
             Some(part) => docs.push(self.any(part)),
             None => {
+                // Where something could not be read, the next thing may be taken for a part of it but for a separator.
+                let separator = |is_there: bool| Doc::text(if is_there { "," } else { "" });
+                docs.push(separator(is_separated(first.prev_token(), SyntaxToken::prev_token)));
                 docs.push(Doc::text(self.slice(element.span()).trim_end()));
+                let last = element.last.as_ref().and_then(SyntaxToken::next_token);
+                docs.push(separator(is_separated(last, SyntaxToken::next_token)));
                 docs.extend(element.last.as_ref().map(|token| self.after(token)));
             }
         }
@@ -477,7 +504,8 @@ impl<'a> Builder<'a> {
         let first = parts.first().and_then(first_token);
         self.grouped(first, |builder| {
             let mut operands = parts.split(|part| op(part) == Some(loosest));
-            let mut docs = vec![operands.next().map_or_else(|| Doc::concat(Vec::new()), |part| builder.operators(part))];
+            let mut docs =
+                vec![operands.next().map_or_else(|| Doc::concat(Vec::new()), |part| builder.operators(part))];
             let mut rest = Vec::new();
             for (sign, operand) in parts.iter().filter(|part| op(part) == Some(loosest)).zip(operands) {
                 if !is_range {

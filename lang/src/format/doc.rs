@@ -22,11 +22,16 @@ pub(super) enum Kind<'a> {
     /// A space, but not at a line's start, behind another or behind an opening bracket.
     Space,
     /// Written instead where its group is on one line; otherwise the line ends, with an empty one behind it if `blank`.
-    Line { flat: &'static str, blank: bool },
+    Line {
+        flat: &'static str,
+        blank: bool,
+    },
     /// The line ends if what follows, up to the next place of the kind, has no room on it.
     Fill,
     /// The line ends.
-    Hard { blank: bool },
+    Hard {
+        blank: bool,
+    },
     /// The line ends, if there is anything on it.
     Fresh,
     /// Nothing: the group is not on one line.

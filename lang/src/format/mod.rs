@@ -16,6 +16,7 @@ mod trivia;
 use crate::diagnostic::Diagnostic;
 use crate::source::Source;
 use crate::syntax::{SyntaxKind, Tree, parse};
+use build::Round;
 use rowan::NodeOrToken;
 
 /// Columns of a line, as far as there is a place to end it.
@@ -37,17 +38,16 @@ const MOST_ROUNDS: usize = 8;
 /// The mistakes of a text that has some; or E1007, if the result would not mean the same.
 pub fn format(tree: &Tree) -> Result<String, Vec<Diagnostic>> {
     match tree.errors() {
-        [] => stable(tree).ok_or_else(|| vec![changed()]),
+        [] => stable(tree, |tree| lay_out(tree, Round::Item)).ok_or_else(|| vec![changed()]),
         errors => Err(errors.to_vec()),
     }
 }
 
-/// As [`format`], of a text with mistakes too: the items and lines that have some stay as they are.
-///
-/// # Errors
-/// E1007, if the result would not mean the same.
-pub fn format_partial(tree: &Tree) -> Result<String, Box<Diagnostic>> {
-    stable(tree).ok_or_else(|| Box::new(changed()))
+/// As [`format`], of a text with mistakes too: the items that have some stay as they are, with all on their lines. Where
+/// that would not mean the same, more round a mistake stays, and in the end all of it.
+pub fn format_partial(tree: &Tree) -> String {
+    let step = |tree: &Tree| lay_out(tree, Round::Item).or_else(|| lay_out(tree, Round::Top));
+    stable(tree, step).unwrap_or_else(|| tree.source.text.to_string())
 }
 
 fn changed() -> Diagnostic {
@@ -56,26 +56,33 @@ fn changed() -> Diagnostic {
         .help("please report it, with the scene that shows it")
 }
 
-fn stable(tree: &Tree) -> Option<String> {
-    let said = content(tree);
+fn stable(tree: &Tree, step: impl Fn(&Tree) -> Option<Tree>) -> Option<String> {
     let mut tree = tree.clone();
     for _ in 0..MOST_ROUNDS {
-        let crlf = tree.source.text.split_once('\n').is_some_and(|(line, _)| line.ends_with('\r'));
-        let mut text = print::print(&build::file(&tree));
-        if crlf {
-            text = text.replace("\r\n", "\n").replace('\n', "\r\n");
+        let next = step(&tree)?;
+        if next.source.text == tree.source.text {
+            return Some(next.source.text.to_string());
         }
-        if *text == *tree.source.text {
-            return Some(text);
-        }
-        // One mistake a line is reported, so their number may change.
-        let faulty = !tree.errors().is_empty();
-        tree = parse(&Source::new(tree.source.id, tree.source.name.clone(), text));
-        if !tree.errors().is_empty() != faulty || content(&tree) != said {
-            return None;
-        }
+        tree = next;
     }
     None
+}
+
+/// The text laid out and read again; nothing if it does not say the same.
+fn lay_out(tree: &Tree, round: Round) -> Option<Tree> {
+    let Source { id, name, text, .. } = &tree.source;
+    let crlf = text.split_once('\n').is_some_and(|(line, _)| line.ends_with('\r'));
+    let mut laid_out = print::print(&build::file(tree, round));
+    if crlf {
+        laid_out = laid_out.replace("\r\n", "\n").replace('\n', "\r\n");
+    }
+    if *laid_out == **text {
+        return Some(tree.clone());
+    }
+    let next = parse(&Source::new(*id, name.clone(), laid_out));
+    // One mistake a line is reported, so their number may change.
+    let same = tree.errors().is_empty() == next.errors().is_empty() && content(tree) == content(&next);
+    same.then_some(next)
 }
 
 /// What a text says: its tokens without separators, and its comments in any order. `a .b` and `a.b` are the same, and so

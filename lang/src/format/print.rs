@@ -152,7 +152,13 @@ fn fits<'d, 'a>(first: &[Command<'d, 'a>], rest: &[Command<'d, 'a>], mut room: u
             Kind::Fill => return room >= 1,
             Kind::Line { .. } | Kind::Hard { .. } | Kind::Fresh => return true,
             Kind::Break | Kind::Suffix(_) => 0,
-            Kind::IfBroken(text) => if flat { 0 } else { text.len() },
+            Kind::IfBroken(text) => {
+                if flat {
+                    0
+                } else {
+                    text.len()
+                }
+            }
             Kind::Concat(parts) => {
                 open.extend(parts.iter().rev().map(|doc| Command { indent, flat, doc }));
                 0
