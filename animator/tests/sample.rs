@@ -43,7 +43,7 @@ fn every_value_is_taken_when_the_shutter_opens() {
     scene.look.exposure = time();
     scene.nodes[0].shape = Some(Shape::Sphere { radius_m: time() });
     scene.materials = vec![
-        Material { opacity: time(), bsdf: diffuse(Color::ONE.into(), time()) },
+        Material { opacity: time(), ..diffuse(Color::ONE.into(), time()).into() },
         Bsdf::Metal {
             reflectance: Reflectance::Tint { color: Color::ONE.into(), edge_tint: Color::ONE.into() },
             roughness: time(),
@@ -58,16 +58,16 @@ fn every_value_is_taken_when_the_shutter_opens() {
         Bsdf::Glossy { base: 1, ior: 1.3, roughness: time(), metalness: time() }.into(),
         Bsdf::Mix { a: 5, b: 2, amount: time() }.into(),
     ];
-    scene.sky = Some(Sky { color: Color::Y.into(), strength: time(), visible: false });
+    scene.sky = Some(Sky { light: SkyLight::Color(Color::Y.into()), strength: time(), visible: false });
     let world = world(&scene, 0.5);
     assert_eq!(world.shutter, Shutter { open_s: 0.5, close_s: 0.5 + 0.5 / 24.0 });
     assert_eq!(world.look, Look { exposure: 0.5, tonemap: Tonemap::None });
     assert_eq!(world.instances[0].shape, Shape::Sphere { radius_m: 0.5 });
-    assert_eq!(world.sky, Some(Sky { color: Color::Y, strength: 0.5, visible: false }));
+    assert_eq!(world.sky, Some(Sky { light: SkyLight::Color(Color::Y), strength: 0.5, visible: false }));
     assert_eq!(
         world.materials,
         [
-            Material { opacity: 0.5, bsdf: diffuse(Color::ONE, 0.5) },
+            Material { opacity: 0.5, ..diffuse(Color::ONE, 0.5).into() },
             Bsdf::Metal {
                 reflectance: Reflectance::Tint { color: Color::ONE, edge_tint: Color::ONE },
                 roughness: 0.5,
@@ -347,7 +347,7 @@ fn faults_of_materials_name_who_wears_them() {
     check(lamp(Color::new(2.0, -1.0, 0.0).into(), Emission::Power(1.0.into())), "color", too(-1.0, "0 or more"));
     let made_of_itself = Bsdf::Glossy { base: 0, ior: 1.5, roughness: 0.0.into(), metalness: 0.0.into() };
     check(made_of_itself, "base", Fault::Dangling);
-    let opaque = |opacity: f64| Material { opacity: opacity.into(), bsdf: diffuse(white(), 0.0.into()) };
+    let opaque = |opacity: f64| Material { opacity: opacity.into(), ..diffuse(white(), 0.0.into()).into() };
     check_edit(|scene| scene.materials[0] = opaque(1.5), Place::Material(0), "opacity", too(1.5, "0 to 1"));
 }
 
@@ -385,7 +385,11 @@ fn faults_of_what_is_made_of_materials() {
 
 #[test]
 fn faults_of_sky_and_look() {
-    let sky = |color, strength: f64| Sky { color: Track::Const(color), strength: strength.into(), visible: true };
+    let sky = |color, strength: f64| Sky {
+        light: SkyLight::Color(Track::Const(color)),
+        strength: strength.into(),
+        visible: true,
+    };
     let check = |value, property, fault| check_edit(|scene| scene.sky = Some(value), Place::Sky, property, fault);
     check(sky(Color::ONE, -1.0), "strength", too(-1.0, "0 or more"));
     check(sky(Color::new(f32::INFINITY, 0.0, 0.0), 1.0), "color", Fault::NotFinite);

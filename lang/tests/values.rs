@@ -301,7 +301,7 @@ fn materials_and_estimators() {
         scene.materials[4].clone(),
         Material {
             opacity: 0.25.into(),
-            bsdf: Bsdf::Dielectric {
+            ..Bsdf::Dielectric {
                 ior: 1.5.into(),
                 roughness: 0.0.into(),
                 energy_compensation: true,
@@ -309,7 +309,8 @@ fn materials_and_estimators() {
                 attenuation_distance_m: f64::INFINITY,
                 thin: true,
                 priority: -7,
-            },
+            }
+            .into()
         },
         diffuse(0.8, DiffuseModel::Qon).into(),
     ];

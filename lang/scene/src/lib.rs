@@ -12,6 +12,7 @@ mod rate;
 mod scene;
 mod spectrum;
 mod tape;
+mod texture;
 mod track;
 mod world;
 
@@ -20,6 +21,9 @@ pub use rate::{Animated, Rate, Still};
 pub use scene::*;
 pub use spectrum::Spectrum;
 pub use tape::{Binary, Instruction, Orient, Register, Tape, Unary};
+pub use texture::{
+    Channel, ColorSpace, Image, ImageTexture, Map, Paint, Slot, TexelFilter, Texels, Texture, UvSet, Wrap,
+};
 pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Space, Track, Value};
 pub use world::*;
 

@@ -1,6 +1,6 @@
 //! Triangle meshes.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// An indexed triangle mesh. Normals point outwards; corners run counter-clockwise seen from outside.
@@ -14,6 +14,16 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// One a position, v up; empty if there are none.
     pub uvs: Vec<Vec2>,
+    /// A second set of them, for textures that ask for it; empty if there is none.
+    #[serde(default)]
+    pub more_uvs: Vec<Vec2>,
+    /// One a position, linear Rec. 709 and opacity; empty if there are none.
+    #[serde(default)]
+    pub colors: Vec<Vec4>,
+    /// One a position: the unit direction of growing u along the surface, and 1, or -1 where v grows to the right of it,
+    /// seen from outside. Empty: they follow from `uvs`.
+    #[serde(default)]
+    pub tangents: Vec<Vec4>,
     /// Three indices a triangle.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -28,12 +38,12 @@ pub enum MeshError {
         /// How many there are.
         count: usize,
     },
-    /// A position, normal or uv is NaN or infinite.
+    /// A position, normal, uv, colour or tangent is NaN or infinite.
     NotFinite {
         /// Which vertex.
         vertex: usize,
     },
-    /// `normals` or `uvs` is neither empty nor as long as `positions`.
+    /// What a vertex has besides its position is neither empty nor as long as `positions`.
     Length,
     /// There is no triangle.
     Empty,
@@ -46,7 +56,7 @@ impl std::fmt::Display for MeshError {
                 write!(f, "a triangle refers to vertex {vertex} of {count}")
             }
             MeshError::NotFinite { vertex } => write!(f, "vertex {vertex} is not a finite number"),
-            MeshError::Length => write!(f, "normals or uvs do not match the positions in number"),
+            MeshError::Length => write!(f, "normals, uvs, colours or tangents do not match the positions in number"),
             MeshError::Empty => write!(f, "there are no triangles"),
         }
     }
@@ -62,7 +72,8 @@ impl Mesh {
     pub fn validate(&self) -> Result<(), MeshError> {
         let count = self.positions.len();
         let fits = |len: usize| len == 0 || len == count;
-        if !fits(self.normals.len()) || !fits(self.uvs.len()) {
+        let lengths = [self.normals.len(), self.uvs.len(), self.more_uvs.len(), self.colors.len(), self.tangents.len()];
+        if !lengths.into_iter().all(fits) {
             return Err(MeshError::Length);
         }
         if self.triangles.is_empty() {
@@ -75,6 +86,9 @@ impl Mesh {
             self.positions[v].is_finite()
                 && self.normals.get(v).is_none_or(|n| n.is_finite())
                 && self.uvs.get(v).is_none_or(|uv| uv.is_finite())
+                && self.more_uvs.get(v).is_none_or(|uv| uv.is_finite())
+                && self.colors.get(v).is_none_or(|color| color.is_finite())
+                && self.tangents.get(v).is_none_or(|tangent| tangent.is_finite())
         };
         match (0..count).find(|&v| !finite(v)) {
             Some(vertex) => Err(MeshError::NotFinite { vertex }),

@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn a_mixture_shares_opacity_and_light() {
         let half = Material { opacity: 0.5, ..matt() };
-        let mix = Material { opacity: 0.8, bsdf: Bsdf::Mix { a: 0, b: 1, amount: 0.5 } };
+        let mix = Material { opacity: 0.8, ..Bsdf::Mix { a: 0, b: 1, amount: 0.5 }.into() };
         let materials = [emitter(), half, mix];
         let records = pack(&materials).expect("a shallow tree");
         // Of the rays that meet it, one third meets the half that is cut out by half.

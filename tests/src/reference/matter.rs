@@ -91,7 +91,7 @@ impl<'w> Matter<'w> {
 
     /// Radiance that a surface of `material` and `area` sends at cosine `c` with its outer normal.
     pub fn emitted(&self, material: usize, c: f64, area: f64) -> DVec3 {
-        let Material { opacity, bsdf } = &self.materials[material];
+        let Material { opacity, bsdf, .. } = &self.materials[material];
         *opacity
             * match bsdf {
                 Bsdf::Emitter { color, emission, two_sided } if c > 0.0 || *two_sided => {
