@@ -4,7 +4,7 @@ use glam::{UVec4, Vec4};
 
 use crate::albedo;
 use crate::generated::{
-    BVH_STACK, FEATURE_MATERIAL, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
+    BVH_STACK, FEATURE_MATERIAL, FEATURE_OTHER, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
 };
 use crate::query::{Isa, Native, Tree};
 
@@ -50,7 +50,7 @@ impl Packed {
                 clamp: f32::MAX,
                 light_chance: -1.0,
                 media: UVec4::splat(NONE),
-                features: FEATURE_MATERIAL * 0xff,
+                features: FEATURE_MATERIAL * 0xff | FEATURE_OTHER,
                 ..Params::default()
             },
             tree: Tree::default(),
