@@ -15,6 +15,8 @@ fn files() -> Memory {
         ("cube.obj", include_bytes!("assets/cube.obj")),
         ("cut.ply", &cube[..cube.len() / 2]),
         ("points.ply", include_bytes!("assets/points.ply")),
+        ("negative.exr", include_bytes!("assets/negative.exr")),
+        ("cut.exr", &include_bytes!("assets/negative.exr")[..200]),
         ("index.ply", include_bytes!("assets/index.ply")),
         ("text.obj", b"f 1 2 9\n"),
         ("data.bin", b"\0\0"),

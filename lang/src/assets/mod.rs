@@ -132,8 +132,8 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
     let is_light = |c: &f32| *c >= 0.0 && c.is_finite();
     let bad = picture.rgb.as_chunks::<3>().0.iter().filter(|texel| !texel.iter().all(is_light)).count();
     if bad > 0 {
-        let texels = if bad == 1 { "texel" } else { "texels" };
-        let message = format!("`{}` has {bad} {texels} that are negative or not finite", request.path);
+        let texels = if bad == 1 { "texel that is" } else { "texels that are" };
+        let message = format!("`{}` has {bad} {texels} negative or not finite", request.path);
         diagnostics.push(
             Diagnostic::new("W0811", message)
                 .primary(file, span, "no light comes from there")

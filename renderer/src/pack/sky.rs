@@ -143,10 +143,12 @@ fn tents(texels: usize, cells: usize, wraps: bool) -> Vec<Vec<(usize, f64)>> {
                     shares.push((place, share));
                 }
             }
-            // Beyond the poles there is no texel: the last one reaches as far as its edge.
-            if !wraps && (i == 0 || i + 1 == texels) {
+            // Beyond the poles there is no texel: the last one reaches as far as its edge. A single one is both the first
+            // and the last.
+            let first = |x: f64| x.min(0.5);
+            let last = |x: f64| x.max(texels as f64 - 0.5);
+            let mut beyond = |clip: &dyn Fn(f64) -> f64| {
                 for cell in 0..cells {
-                    let clip = |x: f64| if i == 0 { x.min(0.5) } else { x.max(texels as f64 - 0.5) };
                     let (low, high) = (clip(cell as f64 * width), clip((cell + 1) as f64 * width));
                     let edge = |x: f64| below(x - centre);
                     let share = ((high - low) - (edge(high) - edge(low))) / width;
@@ -154,6 +156,12 @@ fn tents(texels: usize, cells: usize, wraps: bool) -> Vec<Vec<(usize, f64)>> {
                         shares.push((cell, share));
                     }
                 }
+            };
+            if !wraps && i == 0 {
+                beyond(&first);
+            }
+            if !wraps && i + 1 == texels {
+                beyond(&last);
             }
             shares
         })
@@ -372,7 +380,9 @@ mod tests {
             let got = interpolated(&sky.map, DVec3::new(r * turn.sin(), y, -r * turn.cos()));
             let truth = DVec3::from_array(truth);
             let off = ((got - truth) / truth).abs().max_element();
-            assert!(off < 3e-3, "view {view}, sun {sun}, azimuth {azimuth}: {got}, not {truth}");
+            // Straight up a map shows what is half a texel away.
+            let most = if view == 0.0 { 6e-3 } else { 3e-3 };
+            assert!(off < most, "view {view}, sun {sun}, azimuth {azimuth}: {got}, not {truth}");
         }
     }
 
