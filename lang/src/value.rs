@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use kinora_scene::Ease;
 
+use crate::builtin::texture::Texture;
 use crate::dimension::{self, Dimension};
 use crate::eval::graph::Scalar;
 use crate::source::Span;
@@ -65,6 +66,8 @@ pub enum Value {
     Node(NodeId),
     /// A word that a property takes.
     Word(&'static str),
+    /// What varies over a surface.
+    Texture(Arc<Texture>),
     /// Keyframes, kept whole until something is computed with them.
     Keys(Arc<Vec<KeyItem>>),
 }
@@ -132,7 +135,7 @@ impl Value {
             Value::Tuple(items) | Value::List(items) => items.iter().all(Value::is_constant),
             Value::Range(from, to) => all(&[from.value, to.value]),
             Value::Keys(_) => false,
-            Value::Error | Value::Text(_) | Value::Node(_) | Value::Word(_) => true,
+            Value::Error | Value::Text(_) | Value::Node(_) | Value::Word(_) | Value::Texture(_) => true,
         }
     }
 
@@ -165,6 +168,7 @@ impl Value {
             Value::Range(..) => "a range".into(),
             Value::Node(_) => "a node".into(),
             Value::Word(word) => format!("`{word}`"),
+            Value::Texture(texture) => texture.with_article().into(),
             Value::Keys(keys) => match keys.first() {
                 Some(key) => key.value.with_article(),
                 None => "keys".into(),
@@ -199,6 +203,7 @@ impl Value {
             Value::Error => "an error".into(),
             Value::Node(_) => "a node".into(),
             Value::Word(word) => (*word).into(),
+            Value::Texture(texture) => texture.with_article().into(),
             Value::Keys(_) => "keys".into(),
         }
     }

@@ -34,6 +34,8 @@ const CHOICE: u32 = 8u;
 
 /// `Params::features`: what occurs in the scene.
 const FEATURE_CUTOUT: u32 = 1u;
+const FEATURE_TEXTURE: u32 = 2u;
+const FEATURE_NORMAL_MAP: u32 = 4u;
 /// Shifted by a MATERIAL_…: that kind. A GPU compiles the shaders anew for each set of features, and leaves out the rest.
 const FEATURE_MATERIAL: u32 = 256u;
 
@@ -85,6 +87,8 @@ struct Params {
     clamp: f32,
     /// The media around the eye, as `Path::media`.
     media: vec4<u32>,
+    /// Where the maps of materials begin among `words`; the rest is unused.
+    textures: vec4<u32>,
 }
 
 /// A primitive of the BVH, in its leaf order: the coordinates of its corners, a lane each, so that all edges are tested
@@ -95,7 +99,8 @@ struct Primitive {
     z: vec4<f32>,
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
-    /// Index in its shape; 1 if u grows along the last edge instead of the first; the rest is unused.
+    /// Index in its shape; of a rectangle, 1 if u grows along the last edge instead of the first; of a triangle, where
+    /// what its mesh's vertices have is among `words`, or 0; the rest is unused.
     index: vec4<u32>,
 }
 

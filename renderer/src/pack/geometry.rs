@@ -11,7 +11,8 @@ use kinora_scene::{Frame, Instance, Mesh, Shape, Still, World};
 use rayon::prelude::*;
 
 use super::lights::{Light, light, luminance};
-use super::materials::{add_emitters, emitters};
+use super::materials::{Reads, add_emitters, emitters};
+use super::textures::Textures;
 use super::{NO_LIGHT, PackError, TURN};
 
 /// What `pack` collects, primitives in the order in which they come.
@@ -23,6 +24,10 @@ pub struct Geometry {
     pub lights: Vec<Light>,
     /// Those of the world, then what belongs to them or to single shapes.
     pub materials: Vec<PackedMaterial>,
+    /// What each of the world's materials reads of a mesh's vertices.
+    pub reads: Vec<Reads>,
+    /// Textures, and what meshes have for them.
+    pub textures: Textures,
 }
 
 /// Larger coordinates lose more to rounding than any scene can bear, and their squares overflow.
@@ -59,8 +64,10 @@ impl Geometry {
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
-            Shape::Torus { radius_m, tube_m } => self.add_mesh(shape, place, &torus(*radius_m, *tube_m), emission),
-            Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission),
+            Shape::Torus { radius_m, tube_m } => {
+                self.add_mesh(shape, place, &torus(*radius_m, *tube_m), emission, instance.material);
+            }
+            Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission, instance.material),
         }
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
         record.index = UVec4::new(instance.material as u32, first_light, record.index.z, instance.node as u32);
@@ -142,7 +149,7 @@ impl Geometry {
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<f64>) {
+    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<f64>, material: usize) {
         let positions: Vec<DVec3> = mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
         let by_normal = normal_matrix(place);
         let normals: Vec<u32> = mesh
@@ -155,6 +162,12 @@ impl Geometry {
             let [a, b, c] = triangle.map(|v| v as usize);
             if mirrored { [a, c, b] } else { [a, b, c] }
         };
+        let reads = self.reads.get(material).copied().unwrap_or_default();
+        let vertices = if reads.textures || reads.tangents && !mesh.uvs.is_empty() {
+            self.textures.mesh(mesh, place, indices, reads.tangents)
+        } else {
+            0
+        };
         let flats = mesh.triangles.par_iter().enumerate().map(|(i, triangle)| {
             let [a, b, c] = indices(triangle);
             let shade = match normals.as_slice() {
@@ -163,7 +176,9 @@ impl Geometry {
                 n => [n[a], n[b], n[c]],
             };
             let [a, b, c] = [positions[a], positions[b], positions[c]];
-            flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade)
+            let (mut primitive, bounds) = flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
+            primitive.index.y = vertices;
+            (primitive, bounds)
         });
         let (primitives, bounds): (Vec<_>, Vec<_>) = flats.unzip();
         self.primitives.extend(primitives);
@@ -313,7 +328,7 @@ fn box_faces() -> [Frame; 6] {
 
 /// Octahedral, two 16-bit signed fractions (Cigolle et al., JCGT 3(2), 2014). 0 means: no normal, so the direction +z,
 /// whose code that would be, takes the one next to it.
-fn encode_normal(n: Vec3) -> u32 {
+pub fn encode_normal(n: Vec3) -> u32 {
     if n == Vec3::ZERO {
         return 0;
     }

@@ -8,7 +8,9 @@ mod filter;
 mod geometry;
 mod lights;
 mod materials;
+mod opacity;
 mod spectra;
+mod textures;
 
 use std::f64::consts::TAU;
 
@@ -21,6 +23,8 @@ use kinora_kernel::{Packed, Params};
 use kinora_scene::{Background, Instance, Mis, Sampler, World};
 
 use geometry::Geometry;
+use materials::Materials;
+use textures::Textures;
 
 /// Why a world cannot be traced.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,6 +51,23 @@ pub enum PackError {
         /// How many there may be.
         limit: usize,
     },
+    /// What cuts holes into one material is mixed of too many parts.
+    CutOuts {
+        /// How many there may be.
+        limit: usize,
+    },
+    /// Textures are too many levels inside one another.
+    Textures {
+        /// How many levels there may be.
+        limit: usize,
+    },
+    /// Textures, and what meshes have for them, are too large to be counted.
+    Texels {
+        /// How large they are.
+        bytes: u64,
+        /// How large they may be.
+        limit: u64,
+    },
     /// The geometry lies so that its tree is too deep, for example many shapes in the same place.
     TooDeep {
         /// Levels of the tree.
@@ -67,6 +88,13 @@ impl std::fmt::Display for PackError {
             PackError::Emitters { limit } => {
                 write!(f, "more than {limit} parts of a material shine, each in its own way")
             }
+            PackError::CutOuts { limit } => {
+                write!(f, "the opacity of a mixed material depends on more than {limit} values")
+            }
+            PackError::Textures { limit } => write!(f, "textures are more than {limit} levels inside one another"),
+            PackError::Texels { bytes, limit } => {
+                write!(f, "the textures take {} MiB, the limit is {} MiB", bytes >> 20, limit >> 20)
+            }
             PackError::TooDeep { depth } => write!(f, "the tree over the shapes is {depth} levels deep"),
         }
     }
@@ -82,7 +110,9 @@ const MAX_PRIMITIVES: usize = 1 << 28;
 /// # Errors
 /// Geometry beyond the limits that [`PackError`] names.
 pub fn pack(world: &World) -> Result<Packed, PackError> {
-    let mut geometry = Geometry { materials: materials::pack(&world.materials)?, ..Geometry::default() };
+    let mut textures = Textures::default();
+    let Materials { records, reads } = materials::pack(&world.materials, &mut textures)?;
+    let mut geometry = Geometry { materials: records, reads, textures, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
     let (planes, others): (Vec<_>, Vec<_>) =
         world.instances.iter().partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
@@ -105,6 +135,9 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     for material in &geometry.materials {
         params.features |= FEATURE_MATERIAL << material.kind.x;
     }
+    params.features |= geometry.textures.features;
+    let words;
+    (words, params.textures.x) = geometry.textures.finish(geometry.materials.len())?;
     let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
     tables.resize(TABLE_ALBEDO as usize, 0.0);
     tables.extend_from_slice(albedo::tables());
@@ -116,7 +149,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         materials: not_empty(geometry.materials),
         lights: not_empty(geometry.lights.into_iter().map(|light| light.packed).collect()),
         tables,
-        words: not_empty(Vec::new()),
+        words,
     };
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
     packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
