@@ -209,7 +209,10 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         PackError::TooMany { .. }
         | PackError::TooDeep { .. }
         | PackError::Materials { .. }
-        | PackError::Emitters { .. } => "E1004",
+        | PackError::Emitters { .. }
+        | PackError::CutOuts { .. }
+        | PackError::Textures { .. } => "E1004",
+        PackError::Texels { .. } => "E0807",
     };
     Diagnostic::new(code, error.to_string())
 }

@@ -2,8 +2,10 @@
 
 pub mod hdr;
 mod obj;
+pub mod picture;
 mod ply;
 mod shape;
+mod texture;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,6 +19,7 @@ use crate::files::{Files, resolve};
 use crate::lower::{Lowered, MeshFrom, MeshRequest};
 use crate::source::{Source, Span};
 use crate::suggest::suggest;
+pub use texture::load_textures;
 
 /// Why a mesh cannot be used: a code and one clause.
 #[derive(Debug, Clone, PartialEq, Eq)]

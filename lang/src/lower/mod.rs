@@ -22,6 +22,7 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
+pub use material::TextureRequest;
 use material::{MadeOf, shining};
 pub use shape::{MeshFrom, MeshRequest};
 
@@ -31,6 +32,8 @@ pub struct Lowered {
     pub scene: Scene,
     /// The meshes that come from files.
     pub meshes: Vec<MeshRequest>,
+    /// The textures of its materials.
+    pub textures: Vec<TextureRequest>,
 }
 
 /// What a file's nodes are, sorted by what they are for.
@@ -63,6 +66,7 @@ struct Lower<'m, 'a> {
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
+    textures: Vec<TextureRequest>,
 }
 
 /// The scene that `roots` make; none where it has too many nodes. Problems are reported to the machine; `whole` says that the text had no error before.
@@ -86,6 +90,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),
+        textures: Vec::new(),
     };
     Some(lower.scene(camera))
 }
@@ -149,7 +154,7 @@ impl<'a> Lower<'_, 'a> {
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
-        Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
+        Lowered { scene, meshes: std::mem::take(&mut self.meshes), textures: std::mem::take(&mut self.textures) }
     }
 
     /// The place that stands for a node in a message: its name, or its kind.
