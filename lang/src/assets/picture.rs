@@ -35,13 +35,8 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Image, AssetError> {
 }
 
 fn too_large(size: [u32; 2], bytes: u64) -> AssetError {
-    let message = format!(
-        "has {} × {} texels, which take {} MiB; limit {} MiB",
-        size[0],
-        size[1],
-        bytes >> 20,
-        MAX_BYTES >> 20
-    );
+    let message =
+        format!("has {} × {} texels, which take {} MiB; limit {} MiB", size[0], size[1], bytes >> 20, MAX_BYTES >> 20);
     AssetError { help: "scale it down", ..AssetError::picture(message) }
 }
 

@@ -115,8 +115,7 @@ impl Loader<'_> {
             })
         })?;
         picture::read(path, &bytes).map_err(|AssetError { code, message, help }| {
-            let diagnostic =
-                Diagnostic::new(code, format!("`{path}` {message}")).primary(file, span, "cannot be used");
+            let diagnostic = Diagnostic::new(code, format!("`{path}` {message}")).primary(file, span, "cannot be used");
             Box::new(if help.is_empty() { diagnostic } else { diagnostic.help(help) })
         })
     }

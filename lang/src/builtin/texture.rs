@@ -141,10 +141,11 @@ impl Call<'_> {
             return Some(pair);
         }
         let span = self.place(index);
-        self.problems.push(
-            Diagnostic::new("E0401", "a texture's coordinates must be within -1e9..1e9")
-                .primary(self.file, span, "too large"),
-        );
+        self.problems.push(Diagnostic::new("E0401", "a texture's coordinates must be within -1e9..1e9").primary(
+            self.file,
+            span,
+            "too large",
+        ));
         None
     }
 

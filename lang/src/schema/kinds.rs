@@ -244,7 +244,10 @@ const DIFFUSE: &[Property] = &[
 ];
 
 const METAL: &[Property] = &[
-    row("color", Type::Color, Default::Number(0.9), "reflectance facing you").check(Check::Reflectance).moving().varying(),
+    row("color", Type::Color, Default::Number(0.9), "reflectance facing you")
+        .check(Check::Reflectance)
+        .moving()
+        .varying(),
     row("edge_tint", Type::Color, ONE, "tint at 82deg").check(Check::Reflectance).moving().varying(),
     row(
         "spectrum",
@@ -283,7 +286,8 @@ const GLOSSY: &[Property] = &[
     row("base", Type::Node(Sort::Material), Default::Computed, "what is under the coat"),
     row("color", Type::Color, Default::Number(0.8), "of a Lambert base, instead of `base`")
         .check(Check::Reflectance)
-        .moving().varying(),
+        .moving()
+        .varying(),
     row("ior", NUMBER, Default::Number(1.5), "of the coat").check(Check::Ior),
     row("roughness", NUMBER, Default::Number(0.1), "of the coat").check(Check::Ratio).moving().varying(),
     row("metalness", NUMBER, ZERO, "share of a metal of the base's color").check(Check::Ratio).moving().varying(),

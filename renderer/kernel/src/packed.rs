@@ -4,7 +4,8 @@ use glam::{UVec4, Vec4};
 
 use crate::albedo;
 use crate::generated::{
-    BVH_STACK, FEATURE_CUTOUT, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
+    BVH_STACK, FEATURE_CUTOUT, FEATURE_NORMAL_MAP, FEATURE_TEXTURE, Kernel, Light, Material, NONE, Params, Primitive,
+    Shape, TABLE_ALBEDO,
 };
 use crate::query::{Isa, Native, Tree};
 
@@ -50,7 +51,7 @@ impl Packed {
                 clamp: f32::MAX,
                 light_chance: -1.0,
                 media: UVec4::splat(NONE),
-                features: !FEATURE_CUTOUT,
+                features: !(FEATURE_CUTOUT | FEATURE_TEXTURE | FEATURE_NORMAL_MAP),
                 ..Params::default()
             },
             tree: Tree::default(),

@@ -5,8 +5,8 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    LIGHT_RECTANGLE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, PRIMITIVE_KIND,
-    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
+    FEATURE_TEXTURE, LIGHT_RECTANGLE, MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material,
+    NONE, PRIMITIVE_KIND, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -85,6 +85,10 @@ impl Packed {
         at.range("the number of lights", 0, self.params.light_count, self.lights.len())?;
         at.range("the number of planes", 0, self.params.plane_count, self.shapes.len())?;
         at.range("the number of primitives", 0, self.params.primitive_count, self.primitives.len())?;
+        if self.params.features & FEATURE_TEXTURE != 0 && self.params.textures.x != 0 {
+            let maps = self.materials.len() as u32 * MAPS_SIZE;
+            at.range("the maps of materials", self.params.textures.x, maps, self.words.len())?;
+        }
         for medium in self.params.media.to_array() {
             at.below_or_none("a medium around the eye", medium, self.materials.len())?;
         }
@@ -121,6 +125,9 @@ impl Packed {
             let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
             let known = [PRIMITIVE_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE].contains(&kind);
             at.below("the kind", u64::from(!known), 1)?;
+            if kind == PRIMITIVE_TRIANGLE && primitive.index.y != 0 {
+                at.range("what its vertices have", primitive.index.y, MESH_SIZE, self.words.len())?;
+            }
             at.below("the shape", shape.into(), self.shapes.len())?;
             let Some(shape) = self.shapes.get(shape as usize) else { continue };
             if shape.index.y != NONE {

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::{IVec4, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
-    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED,
-    FEATURE_NORMAL_MAP, FEATURE_TEXTURE, MAPS_FLAGS,
+    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED, MAPS_FLAGS,
     MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE,
     MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM, MIRROR_ALPHA, NONE,
     SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS, SLOT_ROUGHNESS,
@@ -266,9 +265,7 @@ impl Packer<'_> {
                     ..Packed::default()
                 }
             }
-            Bsdf::Emitter { .. } => {
-                Packed { kind: UVec4::new(MATERIAL_EMITTER, 0, NONE, NONE), ..Packed::default() }
-            }
+            Bsdf::Emitter { .. } => Packed { kind: UVec4::new(MATERIAL_EMITTER, 0, NONE, NONE), ..Packed::default() },
         })
     }
 
@@ -385,7 +382,6 @@ fn metal(mut record: Packed) -> Packed {
 // The mean of a metal's reflectance over the hemisphere, weighted by the cosine.
 fn average_reflectance(record: Packed) -> Vec3 {
     let mut scene = Scene::empty();
-    scene.params.features &= !(FEATURE_TEXTURE | FEATURE_NORMAL_MAP);
     scene.materials[0] = record;
     scene.with_kernel(|kernel| {
         let bsdf = kernel.bsdf_at(0, 1.0, 0.0);
@@ -533,6 +529,9 @@ mod tests {
         for i in 0..MAX_DEPTH as usize {
             materials.push(Bsdf::Mix { a: i, b: i, amount: 0.5 }.into());
         }
-        assert_eq!(pack(&materials, &mut Textures::default()).err(), Some(PackError::Materials { limit: MAX_DEPTH as usize }));
+        assert_eq!(
+            pack(&materials, &mut Textures::default()).err(),
+            Some(PackError::Materials { limit: MAX_DEPTH as usize })
+        );
     }
 }

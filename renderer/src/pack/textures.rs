@@ -13,9 +13,7 @@ use kinora_kernel::generated::{
     TEXTURE_SECOND_UV, TEXTURE_VERTEX_COLOR, TEXTURE_WRAP_U, TEXTURE_WRAP_V, WORDS_END, WORDS_LOST,
     WORDS_LOST_STRETCHED, WORDS_SRGB, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
-use kinora_scene::{
-    Channel, ColorSpace, Image, ImageTexture, Mesh, Paint, TexelFilter, Texels, Texture, UvSet, Wrap,
-};
+use kinora_scene::{Channel, ColorSpace, Image, ImageTexture, Mesh, Paint, TexelFilter, Texels, Texture, UvSet, Wrap};
 use rayon::prelude::*;
 
 use super::PackError;

@@ -560,7 +560,13 @@ pub(super) const ROWS: &[Row] = &[
         "",
     ),
     row("E0806", "a mesh with too many triangles", "It would not fit into the memory of most machines.", "", ""),
-    row("E0807", "too much for one buffer", "Textures and meshes of a scene must fit into the buffers of the device.", "", ""),
+    row(
+        "E0807",
+        "too much for one buffer",
+        "Textures and meshes of a scene must fit into the buffers of the device.",
+        "",
+        "",
+    ),
     row(
         "W0808",
         "a texture on a mesh without texture coordinates",
