@@ -11,13 +11,12 @@ use kinora_scene::{
 use super::{AssetError, picture};
 use crate::builtin::texture as said;
 use crate::diagnostic::Diagnostic;
-use crate::files::{Files, resolve};
+use crate::files::{Files, diagnose, resolve};
 use crate::lower::{Lowered, TextureRequest};
-use crate::source::{Source, Span};
-use crate::suggest::suggest;
+use crate::source::Texts;
 
 /// Reads the pictures and puts the textures into the scene's materials.
-pub fn load_textures(lowered: &mut Lowered, files: &dyn Files, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+pub fn load_textures(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     let mut loader = Loader { files, source, diagnostics, images: HashMap::new(), textures: HashMap::new() };
     for request in &lowered.textures {
         loader.data_as_color(request);
@@ -31,7 +30,7 @@ pub fn load_textures(lowered: &mut Lowered, files: &dyn Files, source: &Source, 
 
 struct Loader<'a> {
     files: &'a dyn Files,
-    source: &'a Source,
+    source: &'a Texts,
     diagnostics: &'a mut Vec<Diagnostic>,
     images: HashMap<String, Option<Arc<Image>>>,
     /// By what the scene says, and whether it is a colour.
@@ -82,7 +81,7 @@ impl Loader<'_> {
 
     fn image(&mut self, picture: &said::Picture) -> Option<Arc<Image>> {
         let (file, span) = (self.source.id, picture.span);
-        let path = match resolve(&self.source.name, &picture.file) {
+        let path = match resolve(&self.source.source(span.start).name, &picture.file) {
             Ok(path) => path,
             Err(error) => {
                 self.diagnostics.push(error.diagnostic(file, span));
@@ -92,7 +91,7 @@ impl Loader<'_> {
         if let Some(known) = self.images.get(&path) {
             return known.clone();
         }
-        let image = match self.read(&path, span) {
+        let image = match self.read(&path, picture) {
             Ok(image) => Some(Arc::new(image)),
             Err(diagnostic) => {
                 self.diagnostics.push(*diagnostic);
@@ -103,17 +102,12 @@ impl Loader<'_> {
         image
     }
 
-    fn read(&self, path: &str, span: Span) -> Result<Image, Box<Diagnostic>> {
-        let file = self.source.id;
-        let bytes = self.files.read(path).map_err(|error| {
-            let diagnostic = error.diagnostic(file, span);
-            let asked = self.files.dependencies();
-            let known = asked.iter().filter(|file| file.found).map(|file| file.path.as_str());
-            Box::new(match suggest(path, known).first() {
-                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                None => diagnostic,
-            })
-        })?;
+    fn read(&self, path: &str, picture: &said::Picture) -> Result<Image, Box<Diagnostic>> {
+        let (file, span) = (self.source.id, picture.span);
+        let bytes = self
+            .files
+            .read(path)
+            .map_err(|error| diagnose(self.files, &error, (file, span), &picture.file, self.source.slice(span)))?;
         picture::read(path, &bytes).map_err(|AssetError { code, message, help }| {
             let diagnostic = Diagnostic::new(code, format!("`{path}` {message}")).primary(file, span, "cannot be used");
             Box::new(if help.is_empty() { diagnostic } else { diagnostic.help(help) })
@@ -146,7 +140,7 @@ fn reading(picture: &said::Picture, image: Arc<Image>, space: ColorSpace, channe
 }
 
 /// W0808: a texture on a mesh that does not say where it goes.
-fn without_coordinates(lowered: &Lowered, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+fn without_coordinates(lowered: &Lowered, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     let scene = &lowered.scene;
     for request in &lowered.meshes {
         let Some(node) = scene.nodes.get(request.node) else { continue };

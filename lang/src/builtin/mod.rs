@@ -40,8 +40,6 @@ pub struct Builtin {
     pub params: &'static [Param],
     /// Whether it takes any number of plain arguments; `params` are then given by name.
     pub rest: bool,
-    /// Whether it is answered with "not yet".
-    pub later: bool,
     /// What it computes.
     pub run: fn(&mut Call<'_>) -> Value,
     /// One line.
@@ -214,6 +212,22 @@ impl<'c> Call<'c> {
                 self.needs("an angle", &other, self.place(index));
                 None
             }
+        }
+    }
+
+    /// A node of a model's file; that it is a model is for who uses it.
+    fn node(&mut self) -> Value {
+        match (self.value(0), self.value(1)) {
+            (Some(Value::Node(model)), Some(Value::Text(path))) => Value::Inner(model, path),
+            (Some(Value::Node(_)), Some(other)) => {
+                self.needs("a path, `\"Arm/Hand\"`", &other, self.place(1));
+                Value::Error
+            }
+            (Some(other), _) => {
+                self.needs("a model", &other, self.place(0));
+                Value::Error
+            }
+            _ => Value::Error,
         }
     }
 

@@ -23,7 +23,7 @@ const fn of(
     run: fn(&mut Call<'_>) -> Value,
     doc: &'static str,
 ) -> Builtin {
-    Builtin { name, params, rest: false, later: false, run, doc }
+    Builtin { name, params, rest: false, run, doc }
 }
 
 const fn any(
@@ -32,11 +32,7 @@ const fn any(
     run: fn(&mut Call<'_>) -> Value,
     doc: &'static str,
 ) -> Builtin {
-    Builtin { name, params, rest: true, later: false, run, doc }
-}
-
-const fn later(name: &'static str, params: &'static [Param], doc: &'static str) -> Builtin {
-    Builtin { name, params, rest: false, later: true, run: |_| Value::Error, doc }
+    Builtin { name, params, rest: true, run, doc }
 }
 
 const X: &[Param] = &[param("x")];
@@ -137,5 +133,5 @@ pub static BUILTINS: &[Builtin] = &[
         texture::normal_map,
         "turns the normal by a picture",
     ),
-    later("node", &[param("model"), param("path")], "a node in a model"),
+    of("node", &[param("model"), param("path")], |call| call.node(), "a node in a model: `node(robot, \"Arm/Hand\")`"),
 ];

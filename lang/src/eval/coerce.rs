@@ -31,6 +31,8 @@ pub enum Data {
     Node(NodeId),
     /// What varies over a surface.
     Texture(Arc<Texture>),
+    /// A node or a camera of a model's file, by its path there.
+    Inner(NodeId, Arc<str>),
     /// A list of points, pairs or numbers.
     Rows(Arc<Vec<[f64; 3]>>),
 }
@@ -182,6 +184,10 @@ impl<'a> Machine<'a> {
             (Type::Node(sort), Value::Node(id)) => {
                 let wanted = *sort;
                 self.node_of(*id, span, sort.with_article(), |sort| sort == wanted)?
+            }
+            (Type::Node(Sort::Camera) | Type::Placed | Type::Target, Value::Inner(id, path)) => {
+                self.model_of(*id, span)?;
+                Data::Inner(*id, path.clone())
             }
             (Type::Placed, Value::Node(id)) => self.node_of(*id, span, "a shape or a group", Sort::is_placed)?,
             (Type::Target, Value::Node(id)) => {
@@ -494,6 +500,22 @@ impl<'a> Machine<'a> {
         self.report(diagnostic);
     }
 
+    /// Whether the node is a model, whose file has nodes inside.
+    fn model_of(&mut self, id: NodeId, span: Span) -> Option<()> {
+        match self.kind_of(id) {
+            NodeKind::Schema(kind) if kind.name == "model" => Some(()),
+            NodeKind::Unknown => None,
+            _ => {
+                let place = self.nodes.get(id.0 as usize).map_or(span, |slot| slot.place());
+                let diagnostic = Diagnostic::new("E0204", "only a `model` has nodes of a file")
+                    .primary(self.file(), span, "a node in a model")
+                    .label(self.file(), place, "not a model");
+                self.report(diagnostic);
+                None
+            }
+        }
+    }
+
     /// The node, if it can be used so.
     fn node_of(&mut self, id: NodeId, span: Span, wanted: &str, fits: impl Fn(Sort) -> bool) -> Option<Data> {
         let slot = self.nodes.get(id.0 as usize)?;
@@ -581,9 +603,9 @@ impl<'a> Machine<'a> {
                 let mut diagnostic = Diagnostic::new("E0403", format!("`{name}` is not a finite number ({what})"))
                     .primary(self.file(), place, format!("this comes to {what}"));
                 if let Some(origin) = self.not_finite {
-                    let line = self.source.position(origin.start).line;
+                    let line = self.source.line(origin.start);
                     let text = short_text(self.text(origin));
-                    diagnostic = diagnostic.note(format!("`{text}` on line {line} is not a finite number"));
+                    diagnostic = diagnostic.note(format!("`{text}` on {line} is not a finite number"));
                 }
                 self.report(diagnostic);
                 return false;
@@ -699,6 +721,14 @@ impl<'a> Machine<'a> {
             Check::Shutter => {
                 let index = find(&|v| !(0.0..=std::f64::consts::TAU + 1e-9).contains(&v))?;
                 row("E0401", format!("{name} must be within 0deg..360deg"), index, "")
+            }
+            Check::Disc => {
+                let index = find(&|v| !(0.0..std::f64::consts::PI).contains(&v))?;
+                row("E0401", format!("{name} must be at least 0deg and below 180deg"), index, "")
+            }
+            Check::Cone => {
+                let index = find(&|v| v <= 0.0 || v > std::f64::consts::TAU + 1e-9)?;
+                row("E0401", format!("{name} must be above 0deg and at most 360deg"), index, "")
             }
             Check::Resolution => {
                 let index = find(&|v| !(1.0..=16384.0).contains(&v))?;

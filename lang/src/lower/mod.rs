@@ -1,7 +1,9 @@
 //! Evaluated nodes to a [`Scene`]: what has a place in it, in which order, and what only the whole scene can tell.
 
 mod camera;
+mod light;
 mod material;
+mod model;
 mod place;
 mod read;
 mod render;
@@ -9,21 +11,23 @@ mod shape;
 mod space;
 
 use std::collections::HashMap;
-use std::rc::Rc;
 
-use kinora_scene::{Animated, Clock, Look, Material, Node, Render, Scene, Sky, Tonemap};
+use kinora_scene::{Animated, Clock, Light, LightKind, Look, Material, Node, Render, Scene, SkyLight, Tonemap};
 
 use crate::diagnostic::{Applicability, Diagnostic};
+use crate::eval::coerce::Data;
 use crate::eval::items::kind_text;
 use crate::eval::limits;
-use crate::eval::machine::{Machine, NodeKind, NodeValue};
+use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Since, Sort};
 use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
-pub use material::TextureRequest;
-use material::{MadeOf, shining};
+pub use light::SkyRequest;
+use material::MadeOf;
+pub use material::{TextureRequest, shining};
+pub use model::{InnerRequest, InnerUse, ModelRequest};
 pub use shape::{MeshFrom, MeshRequest};
 
 /// A scene whose meshes are still to be read.
@@ -34,6 +38,16 @@ pub struct Lowered {
     pub meshes: Vec<MeshRequest>,
     /// The textures of its materials.
     pub textures: Vec<TextureRequest>,
+    /// The picture of its sky.
+    pub sky: Option<SkyRequest>,
+    /// The models that come from files.
+    pub models: Vec<ModelRequest>,
+    /// What refers into them.
+    pub inner: Vec<InnerRequest>,
+    /// The camera that the command line asks for, where it may be one of a model.
+    pub wanted: Option<String>,
+    /// Something could not be read: nothing can be said about what is missing.
+    pub unknown: bool,
 }
 
 /// What a file's nodes are, sorted by what they are for.
@@ -42,6 +56,8 @@ struct Found {
     render: Vec<NodeId>,
     cameras: Vec<(NodeId, Option<usize>)>,
     skies: Vec<NodeId>,
+    /// Suns and lamps with what they are written in.
+    lights: Vec<(NodeId, Option<usize>)>,
     /// Shapes, groups and named prefabs with what they are written in.
     placed: Vec<(NodeId, Option<usize>)>,
     /// Something could not be read: nothing can be said about what is missing.
@@ -67,6 +83,9 @@ struct Lower<'m, 'a> {
     open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
     textures: Vec<TextureRequest>,
+    sky_picture: Option<SkyRequest>,
+    models: Vec<ModelRequest>,
+    inner: Vec<InnerRequest>,
 }
 
 /// The scene that `roots` make; none where it has too many nodes. Problems are reported to the machine; `whole` says that the text had no error before.
@@ -74,6 +93,13 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
     let mut found = Found { unknown: !whole, ..Found::default() };
     for id in roots {
         gather(machine, *id, None, 0, &mut found);
+    }
+    // A camera that is chosen is in the scene, wherever it is declared.
+    if let Some(render) = found.render.first().and_then(|id| machine.done(*id))
+        && let Some(id) = read::node(read::data(&render, "camera"))
+        && found.cameras.iter().all(|(camera, _)| *camera != id)
+    {
+        found.cameras.push((id, None));
     }
     if let Some(id) = found.too_many {
         let span = machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
@@ -91,6 +117,9 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         open_materials: Vec::new(),
         meshes: Vec::new(),
         textures: Vec::new(),
+        sky_picture: None,
+        models: Vec::new(),
+        inner: Vec::new(),
     };
     Some(lower.scene(camera))
 }
@@ -115,6 +144,7 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, 
             Sort::Render => found.render.push(id),
             Sort::Camera => found.cameras.push((id, parent)),
             Sort::Sky => found.skies.push(id),
+            Sort::Light => found.lights.push((id, parent)),
             Sort::Shape | Sort::Group => {
                 inner = Some(found.placed.len());
                 found.placed.push((id, parent));
@@ -141,20 +171,46 @@ impl<'a> Lower<'_, 'a> {
         self.judge_materials();
         let parents = self.order();
         let nodes = self.nodes(&parents);
-        let cameras: Vec<_> =
-            self.found.cameras.clone().into_iter().map(|(id, parent)| self.camera(id, parent)).collect();
+        let cameras: Vec<_> = self
+            .found
+            .cameras
+            .clone()
+            .into_iter()
+            .enumerate()
+            .map(|(at, (id, parent))| self.camera(id, parent, at))
+            .collect();
         let (render, look, clock) = match self.found.render.first().and_then(|id| self.machine.done(*id)) {
             Some(node) => self.render(&node),
             None => (Render::default(), Look { exposure: 0.0.into(), tonemap: Tonemap::Agx }, Clock::default()),
         };
         let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
+        let lights = self.lights();
+        let wanted = camera.filter(|_| !self.models.is_empty()).map(String::from);
         let camera = self.which_camera(camera);
-        let scene =
-            Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
+        let scene = Scene {
+            render,
+            look,
+            clock,
+            cameras,
+            camera,
+            nodes,
+            materials: std::mem::take(&mut self.materials),
+            sky,
+            lights,
+        };
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
-        Lowered { scene, meshes: std::mem::take(&mut self.meshes), textures: std::mem::take(&mut self.textures) }
+        Lowered {
+            scene,
+            meshes: std::mem::take(&mut self.meshes),
+            textures: std::mem::take(&mut self.textures),
+            sky: self.sky_picture.take(),
+            models: std::mem::take(&mut self.models),
+            inner: std::mem::take(&mut self.inner),
+            wanted: wanted.filter(|_| camera.is_none()),
+            unknown: self.found.unknown,
+        }
     }
 
     /// The place that stands for a node in a message: its name, or its kind.
@@ -198,7 +254,7 @@ impl<'a> Lower<'_, 'a> {
         let file = self.machine.file();
         if let Some(wanted) = wanted {
             let found = names.iter().position(|name| name == wanted);
-            if found.is_none() {
+            if found.is_none() && self.models.is_empty() {
                 let mut diagnostic = Diagnostic::new("E0203", format!("no camera named `{wanted}` here"));
                 let near = suggest(wanted, names.iter().map(String::as_str));
                 diagnostic = match (near.first(), names.is_empty()) {
@@ -215,11 +271,18 @@ impl<'a> Lower<'_, 'a> {
         }
         let render = self.found.render.first().and_then(|id| self.machine.done(*id));
         if let Some(set) = render.as_ref().and_then(|node| read::set(node, "camera")) {
+            if let Some(Data::Inner(id, path)) = &set.data {
+                let (path, span) = (path.clone(), set.expr.span);
+                let model = self.index_of(*id)?;
+                self.inner.push(InnerRequest { by: InnerUse::Picture, model, path, span });
+                return None;
+            }
             let id = read::node(set.data.as_ref())?;
             return self.found.cameras.iter().position(|(camera, _)| *camera == id);
         }
         match self.found.cameras.as_slice() {
-            [] if self.found.unknown => None,
+            // A model may have one.
+            [] if self.found.unknown || self.machine.library || !self.models.is_empty() => None,
             [] => {
                 let end = self.machine.source.len();
                 let text = "camera main { position: (0, 1, 4), look_at: (0, 0, 0) }";
@@ -247,22 +310,15 @@ impl<'a> Lower<'_, 'a> {
         }
     }
 
-    fn sky(&mut self, node: &Rc<NodeValue<'a>>) -> Sky<Animated> {
-        Sky {
-            color: read::track(self.machine, node, "color"),
-            strength: read::track(self.machine, node, "strength"),
-            visible: read::flag(node, "visible"),
-        }
-    }
-
     /// E0503 and W0402.
     fn what_is_missing(&mut self, scene: &Scene, shining: &[bool]) {
-        if self.found.unknown {
+        // What a model has is not known yet.
+        if self.found.unknown || self.machine.library || !self.models.is_empty() {
             return;
         }
         let file = self.machine.file();
         let shapes = scene.nodes.iter().any(|node| node.shape.is_some());
-        if !shapes && scene.sky.is_none() {
+        if !shapes && scene.sky.is_none() && scene.lights.is_empty() {
             let diagnostic = Diagnostic::new("E0503", "the scene has no geometry")
                 .primary(file, Span::at(0), "there is nothing to see here")
                 .help("add a shape, for example `sphere { radius: 0.5 }`");
@@ -271,10 +327,32 @@ impl<'a> Lower<'_, 'a> {
         }
         let shines = |node: &Node| node.shape.is_some() && shining.get(node.material) == Some(&true);
         let emitter = scene.nodes.iter().any(shines);
-        let sky = scene.sky.as_ref().is_some_and(|sky| {
-            sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
+        // A sky whose light is in error is dark only because of that.
+        let failed = self.found.skies.iter().filter_map(|id| self.machine.done(*id)).any(|node| {
+            let light = node
+                .properties
+                .iter()
+                .filter(|set| ["color", "strength", "file", "model"].contains(&set.property.name));
+            light.into_iter().any(|set| set.data.is_none())
         });
-        if !emitter && !sky {
+        if failed {
+            return;
+        }
+        let sky = scene.sky.as_ref().is_some_and(|sky| {
+            let light = match &sky.light {
+                SkyLight::Color(color) => color.constant().is_none_or(|color| color.max_element() > 0.0),
+                SkyLight::Map { .. } | SkyLight::Nishita { .. } => true,
+            };
+            // A picture is put in later.
+            (light || self.sky_picture.is_some()) && sky.strength.constant() != Some(&0.0)
+        });
+        let lamp = |light: &Light<Animated>| {
+            let (LightKind::Sun { irradiance: amount, .. }
+            | LightKind::Point { power: amount, .. }
+            | LightKind::Spot { power: amount, .. }) = &light.kind;
+            amount.constant() != Some(&0.0) && light.color.max_element() > 0.0
+        };
+        if !emitter && !sky && !scene.lights.iter().any(lamp) {
             let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
                 .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
             self.machine.report(diagnostic);

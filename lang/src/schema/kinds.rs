@@ -82,9 +82,9 @@ pub static KINDS: &[Kind] = &[
     kind("render", Sort::Render, &[RENDER], "how the picture is made; once per entry file"),
     kind("camera", Sort::Camera, &[CAMERA], "looks along its own -z, x to the right, y up"),
     kind("sky", Sort::Sky, &[SKY], "light from infinitely far away; at most one"),
-    kind("sun", Sort::Light, &[SUN], "light from one direction").later(),
-    kind("point_light", Sort::Light, &[POINT_LIGHT], "light from one point").later(),
-    kind("spot_light", Sort::Light, &[POINT_LIGHT, SPOT_LIGHT], "light in a cone").later(),
+    kind("sun", Sort::Light, &[SUN], "light from one direction"),
+    kind("point_light", Sort::Light, &[POINT_LIGHT], "light from one point"),
+    kind("spot_light", Sort::Light, &[POINT_LIGHT, SPOT_LIGHT], "light in a cone"),
     kind("diffuse", Sort::Material, &[DIFFUSE, MATERIAL], "a matt surface: energy-preserving Oren-Nayar"),
     kind("metal", Sort::Material, &[METAL, MATERIAL], "a GGX conductor"),
     kind("dielectric", Sort::Material, &[DIELECTRIC, MATERIAL], "glass, water"),
@@ -93,21 +93,21 @@ pub static KINDS: &[Kind] = &[
     kind("sphere", Sort::Shape, &[SPHERE, SHAPE], "all points one radius from its origin"),
     kind("box", Sort::Shape, &[BOX, SHAPE], "a box, centred on its origin"),
     kind("quad", Sort::Shape, &[QUAD, SHAPE], "a rectangle, centred on its origin"),
-    kind("disk", Sort::Shape, &[DISK, SHAPE], "a disk, centred on its origin").later(),
+    kind("disk", Sort::Shape, &[DISK, SHAPE], "a disk, centred on its origin"),
     kind("plane", Sort::Shape, &[PLANE, SHAPE], "an infinite plane"),
-    kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y").later(),
-    kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up").later(),
-    kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends").later(),
+    kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y"),
+    kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up"),
+    kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends"),
     kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y"),
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
-    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene").later(),
+    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene"),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),
     kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared").later(),
     kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one").later(),
     kind("rigid_body", Sort::Part, &[RIGID_BODY], "makes its shape a body of the simulation").later().inside(&[]),
     kind("joint", Sort::Joint, &[JOINT], "holds two bodies together").later(),
     kind("cloth", Sort::Part, &[CLOTH], "makes its shape a cloth").later().inside(&["quad", "mesh"]),
-    kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").later().inside(&["model"]),
+    kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").inside(&["model"]),
     kind("denoise", Sort::Part, &[], "reserved").later().inside(&["render"]),
     kind("fluid", Sort::Simulation, &[], "reserved").later(),
     kind("forces", Sort::Simulation, &[], "reserved").later(),
@@ -202,33 +202,38 @@ const SKY: &[Property] = &[
     row("color", Type::Color, ZERO, "radiance in every direction").check(Check::AtLeast0).moving(),
     row("strength", NUMBER, ONE, "scales the light").check(Check::AtLeast0).moving(),
     row("visible", Type::Bool, Default::Bool(true), "whether the camera itself sees it"),
-    row("file", Type::Text, Default::Computed, "an equirectangular picture, HDR or EXR").later(),
-    row("rotation", ANGLE, ZERO, "turns it about +y").moving().later(),
-    row("model", Type::Choice(&[later("nishita")]), Default::Computed, "a computed sky"),
-    row("sun_elevation", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "height of the sun").later(),
-    row("sun_azimuth", ANGLE, ZERO, "from -z towards +x").later(),
-    row("turbidity", NUMBER, ONE, "haze").later(),
+    row("file", Type::Text, Default::Computed, "an equirectangular picture, HDR or EXR"),
+    row("rotation", ANGLE, ZERO, "turns the picture about +y").moving(),
+    row("model", Type::Choice(&[now("nishita")]), Default::Computed, "a computed sky"),
+    row("sun_elevation", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "height of the sun").moving(),
+    row("sun_azimuth", ANGLE, ZERO, "from -z towards +x").moving(),
+    row("turbidity", NUMBER, ONE, "haze").check(Check::AtLeast0).moving(),
 ];
 
 const SUN: &[Property] = &[
-    row("direction", VECTOR, Default::Three([0.0, -1.0, 0.0]), "in which its light travels").moving(),
-    row("angle", ANGLE, Default::Number(0.53 * std::f64::consts::PI / 180.0), "diameter of its disc"),
-    row("color", Type::Color, ONE, "scales its light"),
-    row("irradiance", si(Dimension::IRRADIANCE, Refused), ONE, "on a surface facing it").moving(),
+    row("direction", VECTOR, Default::Three([0.0, -1.0, 0.0]), "in which its light travels")
+        .check(Check::Direction)
+        .moving(),
+    row("angle", ANGLE, Default::Number(0.53 * std::f64::consts::PI / 180.0), "diameter of its disc")
+        .check(Check::Disc),
+    row("color", Type::Color, ONE, "scales its light").check(Check::AtLeast0),
+    row("irradiance", si(Dimension::IRRADIANCE, Refused), ONE, "on a surface facing it")
+        .check(Check::AtLeast0)
+        .moving(),
 ];
 
 const POINT_LIGHT: &[Property] = &[
     row("position", POINT, ZERO, "where it is").moving(),
-    row("color", Type::Color, ONE, "scales its light"),
-    row("power", POWER, Default::Needed, "light sent in all directions").moving(),
-    row("radius", LENGTH, ZERO, "above 0: a sphere"),
+    row("color", Type::Color, ONE, "scales its light").check(Check::AtLeast0),
+    row("power", POWER, Default::Needed, "light sent in all directions").check(Check::AtLeast0).moving(),
+    row("radius", LENGTH, ZERO, "above 0: a sphere").check(Check::AtLeast0),
 ];
 
 const SPOT_LIGHT: &[Property] = &[
     row("look_at", Type::Target, Default::Computed, "the point or node it shines at").moving(),
-    row("direction", VECTOR, Default::Computed, "in which it shines").moving(),
-    row("angle", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "full cone"),
-    row("blend", NUMBER, Default::Number(0.15), "soft part of the cone"),
+    row("direction", VECTOR, Default::Computed, "in which it shines").check(Check::Direction).moving(),
+    row("angle", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "full cone").check(Check::Cone),
+    row("blend", NUMBER, Default::Number(0.15), "soft part of the cone").check(Check::Ratio),
 ];
 
 const MATERIAL: &[Property] = &[
@@ -360,6 +365,7 @@ const CYLINDER: &[Property] = &[
 const CAPSULE: &[Property] = &[
     row("radius", LENGTH, Default::Number(0.5), "its radius").check(Check::Above0),
     row("height", LENGTH, Default::Number(2.0), "along y, round ends included").check(Check::Above0),
+    row("capped", Type::Bool, Default::Bool(true), "whether its round ends are there"),
 ];
 
 const TORUS: &[Property] = &[
@@ -379,8 +385,8 @@ const MESH: &[Property] = &[
 
 const MODEL: &[Property] = &[
     row("file", Type::Text, Default::Needed, "a glTF or GLB file"),
-    row("clip", Type::Text, Default::Computed, "which of its animations plays"),
-    row("clip_time", TIME, Default::Computed, "where it plays").moving(),
+    row("clip", Type::Text, Default::Computed, "which of its animations plays").later(),
+    row("clip_time", TIME, Default::Computed, "where it plays").moving().later(),
 ];
 
 const INSTANCE: &[Property] = &[row("of", Type::Placed, Default::Needed, "what is shown once more")];

@@ -122,15 +122,22 @@ fn atan_(x: f32) -> f32 {
     return select(base + p, -(base + p), x < 0.0);
 }
 
-/// The angle from the direction (x 1, y 0) to (x, y) in turns, -0.5..0.5; 0 where both are 0. Absolute error below 1e-7.
-fn turn_of(y: f32, x: f32) -> f32 {
-    if abs(y) > abs(x) {
-        return select(0.25, -0.25, y < 0.0) - atan_(x / y) * (0.5 * INV_PI);
-    }
-    if x == 0.0 {
+/// The angle of (x, y) from +x to +y in turns, -0.5 to 0.5.
+fn turn_of(x: f32, y: f32) -> f32 {
+    let wide = abs(y) > abs(x);
+    let small = select(y, x, wide);
+    let large = select(x, y, wide);
+    if large == 0.0 {
         return 0.0;
     }
-    return atan_(y / x) * (0.5 * INV_PI) + select(0.0, select(0.5, -0.5, y < 0.0), x < 0.0);
+    let angle = atan_(small / large) / TWO_PI;
+    if wide {
+        return select(0.25, -0.25, y < 0.0) - angle;
+    }
+    if x < 0.0 {
+        return angle + select(0.5, -0.5, y < 0.0);
+    }
+    return angle;
 }
 
 // asin for 0 <= x <= 0.5.

@@ -111,7 +111,7 @@ fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     var uv = vec2<f32>(0.0);
     var side = 1.0;
     if has_textures() {
-        uv = vec2<f32>(0.5 + turn_of(p.x, p.z), 0.5 + 2.0 * turn_of(p.y, length(p.xz)));
+        uv = vec2<f32>(0.5 + turn_of(p.z, p.x), 0.5 + 2.0 * turn_of(length(p.xz), p.y));
         side = handedness(shape, n, along_u, vec3<f32>(-p.x * p.y, 1.0 - p.y * p.y, -p.z * p.y));
     }
     return Surface(world_point(shape, p), n, n, along_u, shape_reach(shape, 1.0), shape, 0u, uv, side, 0u, uv);
@@ -149,6 +149,9 @@ fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     }
     if (primitives[hit.id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_SPHERE {
         return surface_of_sphere(hit, o, d);
+    }
+    if (params.features & FEATURE_OTHER) != 0u && (primitives[hit.id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_OTHER {
+        return surface_of_other(hit, o, d);
     }
     return surface_of_flat(hit);
 }

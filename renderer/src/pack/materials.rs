@@ -286,9 +286,9 @@ impl Packer<'_> {
         let material = &self.materials[base];
         let is_rough = |slot: Slot| slot == Slot::Roughness;
         let rough = has_slot(coat, is_rough);
-        match &material.bsdf {
-            &Bsdf::Glossy { base, .. } => return self.metal_of(base, roughness, coat),
-            &Bsdf::Mix { a, b, amount } if self.reads[base].textures => {
+        match material.bsdf {
+            Bsdf::Glossy { base, .. } => return self.metal_of(base, roughness, coat),
+            Bsdf::Mix { a, b, amount } if self.reads[base].textures => {
                 let [a, b] = [self.metal_of(a, roughness, coat)?, self.metal_of(b, roughness, coat)?];
                 let mut maps = Maps::default();
                 maps[MAPS_LIST as usize] = self.list(&material.maps, &[Slot::Amount])?;

@@ -58,9 +58,9 @@ const MAX_FACTORS: usize = 4_096;
 /// There are more than [`MAX_FACTORS`] factors.
 pub fn of(material: &Material<Still>, known: &[Opacity]) -> Result<Opacity, PackError> {
     let own = Factor { cutoff: material.cutoff, ..Factor::of(material.opacity, &material.maps, Slot::Opacity) };
-    let parts = match &material.bsdf {
-        &Bsdf::Glossy { base, .. } => known[base].clone(),
-        &Bsdf::Mix { a, b, amount } => {
+    let parts = match material.bsdf {
+        Bsdf::Glossy { base, .. } => known[base].clone(),
+        Bsdf::Mix { a, b, amount } => {
             let second = Factor::of(amount, &material.maps, Slot::Amount);
             match (known[a].constant(), known[b].constant()) {
                 // Whichever of them it is.

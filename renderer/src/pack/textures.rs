@@ -22,11 +22,14 @@ use super::geometry::encode_normal;
 /// The words of a material's maps, as `MAPS_…` count them.
 pub type Maps = [u32; MAPS_SIZE as usize];
 
+/// Digest, width, height and format of an image's texels.
+type ImageKey = (u64, u32, u32, u32);
+
 /// What is collected for `words`.
 pub struct Textures {
     /// Begins with a 0, since place 0 stands for nothing.
     words: Vec<u32>,
-    images: HashMap<(u64, u32, u32, u32), Vec<(Arc<Image>, u32)>>,
+    images: HashMap<ImageKey, Vec<(Arc<Image>, u32)>>,
     textures: HashMap<*const Texture, (Arc<Texture>, u32)>,
     averages: HashMap<*const Texture, Vec4>,
     /// One of each of the materials' records that have any.
