@@ -50,7 +50,7 @@ impl Packed {
                 clamp: f32::MAX,
                 light_chance: -1.0,
                 media: UVec4::splat(NONE),
-                features: FEATURE_MATERIAL * 0xff | FEATURE_OTHER,
+                features: (FEATURE_MATERIAL * 0xff) | FEATURE_OTHER,
                 ..Params::default()
             },
             tree: Tree::default(),

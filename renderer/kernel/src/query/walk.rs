@@ -260,10 +260,7 @@ pub fn many<E: Eight, W: Lanes, const ANY: bool>(
     let tree = kernel.native.tree;
     let Some(root) = tree.root else { return 0 };
     let prepared = Prepared::<BATCH>::new::<W>(&rays.o, &rays.d, tree.reach);
-    let mut cull = [0.0; BATCH];
-    for i in 0..BATCH {
-        cull[i] = rays.t_max[i] + prepared.slack[i];
-    }
+    let mut cull: Of<BATCH> = std::array::from_fn(|i| rays.t_max[i] + prepared.slack[i]);
     let mut found = 0;
     let mut waiting = [Child::default(); CHILDREN];
     let mut height = 0;
