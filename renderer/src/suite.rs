@@ -23,8 +23,8 @@ use crate::render::{RenderError, Renderer};
 /// A case fails.
 pub fn run(mut backend: Box<dyn Backend>) {
     println!("suite on {}: trace without a scene is an error", backend.device());
-    assert_eq!(backend.trace(0..1, &()), Err(BackendError::Nothing));
-    assert_eq!(backend.survey(0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(backend.trace(None, 0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(backend.survey(None, 0..1, &()), Err(BackendError::Nothing));
     let mut renderer = Renderer::new(backend);
     for (name, case) in CASES {
         println!("suite: {name}");
