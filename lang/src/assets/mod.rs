@@ -1,5 +1,6 @@
 //! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
 
+pub mod hdr;
 mod obj;
 mod ply;
 mod shape;

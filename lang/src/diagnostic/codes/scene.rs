@@ -552,6 +552,13 @@ pub(super) const ROWS: &[Row] = &[
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 9001] }",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }",
     ),
+    row(
+        "E0805",
+        "a picture that cannot be used",
+        "The file is damaged, cut off, of a kind that is not supported, or has more texels than fit into memory.",
+        "",
+        "",
+    ),
     row("E0806", "a mesh with too many triangles", "It would not fit into the memory of most machines.", "", ""),
     row(
         "E1001",
