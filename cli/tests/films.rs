@@ -204,7 +204,7 @@ fn what_cannot_be_written_is_refused_before_there_is_work() {
     for (line, piece) in [
         ("render hello.kin -o a.png --aov id", "adds layers to an .exr"),
         ("render hello.kin -o a.exr --aov motion", "not yet"),
-        ("render hello.kin -o a.exr --aov depth,samples", "not yet"),
+        ("render hello.kin -o a.exr --aov depth,motion", "not yet"),
         ("render hello.kin -o a.exr --aov colour", "`colour` is no layer"),
         ("render hello.kin --crop 20,0,5,1", "the crop 20,0,5,1 is not a part of the picture, which is 24 × 16"),
         ("render hello.kin --crop 0,0,0,4", "100,50,320,180"),

@@ -224,7 +224,7 @@ impl Adaptive {
             }
             let together = (near.pixels * near.relative() + far.relative()) / (near.pixels + 1.0);
             // A mean near 0 says as little as the few samples behind it.
-            let least = 0.01 * near.mean().powi(2);
+            let least = 0.1 * near.mean().powi(2);
             let each = others(NEAR).filter(|pilot| pilot.scatters == kind).map(|pilot| {
                 ratio(self.variance(pilot), f64::from(pilot.mean).powi(2) + least)
             });
