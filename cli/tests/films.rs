@@ -92,7 +92,7 @@ fn a_crop_has_the_pixels_of_the_whole() {
 #[test]
 fn layers() {
     let folder = Folder::hello();
-    let flags = "--aov position,albedo,id,depth,normal";
+    let flags = "--aov position,samples,albedo,id,depth,normal --set render.adaptive=5%";
     render(&folder, &format!("{flags} --threads 1 -o a.exr"));
     render(&folder, &format!("{flags} --threads 2 -o b.exr"));
     assert!(folder.read("a.exr") == folder.read("b.exr"), "the same picture is the same bytes");
@@ -114,6 +114,7 @@ fn layers() {
         "position.X",
         "position.Y",
         "position.Z",
+        "samples",
     ];
     assert_eq!(names, expected);
     let own = &header.own_attributes;
