@@ -103,6 +103,25 @@ pub(crate) fn shape(read: Reader<'_>, shape: &Shape<Animated>) -> Result<Shape<S
             }
             Shape::Quad { frame, size_m }
         }
+        &Shape::Disk { frame, radius_m } => {
+            sizes(&[radius_m])?;
+            if !frame.matrix().is_finite() {
+                return Err(read.error("normal", Fault::NotFinite));
+            }
+            Shape::Disk { frame, radius_m }
+        }
+        &Shape::Cylinder { radius_m, height_m, capped } => {
+            sizes(&[radius_m, height_m])?;
+            Shape::Cylinder { radius_m, height_m, capped }
+        }
+        &Shape::Cone { radius_m, height_m, capped } => {
+            sizes(&[radius_m, height_m])?;
+            Shape::Cone { radius_m, height_m, capped }
+        }
+        &Shape::Capsule { radius_m, height_m, capped } => {
+            sizes(&[radius_m, height_m])?;
+            Shape::Capsule { radius_m, height_m, capped }
+        }
         &Shape::Torus { radius_m, tube_m } => {
             sizes(&[radius_m, tube_m])?;
             Shape::Torus { radius_m, tube_m }

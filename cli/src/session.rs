@@ -83,7 +83,11 @@ pub fn load_bytes(id: FileId, path: &Path, bytes: &[u8], changes: &Changes) -> R
     Ok(evaluate(source, error, folder, path, changes))
 }
 
-fn project(path: &Path) -> Result<(Folder, String), String> {
+/// The project that a file belongs to, and the path of the file in it.
+///
+/// # Errors
+/// The folder is not there or cannot be read.
+pub fn project(path: &Path) -> Result<(Folder, String), String> {
     Folder::of(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => format!("there is no file `{}`", path.display()),
         _ => format!("cannot read `{}`: {error}", path.display()),

@@ -63,6 +63,8 @@ pub enum Value {
     Range(Number, Number),
     /// A node.
     Node(NodeId),
+    /// A node or a camera of a model's file, by its path there.
+    Inner(NodeId, Arc<str>),
     /// A word that a property takes.
     Word(&'static str),
     /// Keyframes, kept whole until something is computed with them.
@@ -132,7 +134,7 @@ impl Value {
             Value::Tuple(items) | Value::List(items) => items.iter().all(Value::is_constant),
             Value::Range(from, to) => all(&[from.value, to.value]),
             Value::Keys(_) => false,
-            Value::Error | Value::Text(_) | Value::Node(_) | Value::Word(_) => true,
+            Value::Error | Value::Text(_) | Value::Node(_) | Value::Inner(..) | Value::Word(_) => true,
         }
     }
 
@@ -163,7 +165,7 @@ impl Value {
             Value::Tuple(_) => "a tuple".into(),
             Value::List(_) => "a list".into(),
             Value::Range(..) => "a range".into(),
-            Value::Node(_) => "a node".into(),
+            Value::Node(_) | Value::Inner(..) => "a node".into(),
             Value::Word(word) => format!("`{word}`"),
             Value::Keys(keys) => match keys.first() {
                 Some(key) => key.value.with_article(),
@@ -198,6 +200,7 @@ impl Value {
             Value::Range(from, to) => format!("{}..{}", Value::Number(*from).show(), Value::Number(*to).show()),
             Value::Error => "an error".into(),
             Value::Node(_) => "a node".into(),
+            Value::Inner(_, path) => format!("node \"{path}\""),
             Value::Word(word) => (*word).into(),
             Value::Keys(_) => "keys".into(),
         }

@@ -34,12 +34,8 @@ fn radiance_files() {
 #[test]
 fn exr_files_lie_in_their_display_window() {
     let pixel = |at: Vec2<usize>| (at.x() as f32, at.y() as f32, -1.5_f32);
-    let mut layer = Layer::new(
-        (3, 2),
-        LayerAttributes::named("light"),
-        Encoding::SMALL_LOSSLESS,
-        SpecificChannels::rgb(pixel),
-    );
+    let mut layer =
+        Layer::new((3, 2), LayerAttributes::named("light"), Encoding::SMALL_LOSSLESS, SpecificChannels::rgb(pixel));
     layer.attributes.layer_position = Vec2(-1, 1);
     let mut image = Image::from_layer(layer);
     image.attributes.display_window = IntegerBounds::new(Vec2(0, 0), Vec2(4, 2));

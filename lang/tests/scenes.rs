@@ -18,6 +18,18 @@ fn files() -> Memory {
         ("index.ply", include_bytes!("assets/index.ply")),
         ("text.obj", b"f 1 2 9\n"),
         ("data.bin", b"\0\0"),
+        (
+            "arm.gltf",
+            br#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_x"],"nodes":[{"name":"Arm","children":[1]},{"name":"Hand"}]}"#,
+        ),
+        (
+            "draco.gltf",
+            br#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],
+                "extensionsRequired":["KHR_draco_mesh_compression"]}"#,
+        ),
+        ("broken.gltf", br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":3},{"rotation":[0,0,0,2]}]}"#),
+        ("away.gltf", br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"../away.bin"}]}"#),
+        ("picture.gltf", br#"{"asset":{"version":"2.0"},"images":[{"uri":"data:image/png;base64,AAAA"}]}"#),
         ("lib/metals.kin", b"lang 1\n"),
     ])
 }

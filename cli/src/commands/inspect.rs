@@ -1,14 +1,20 @@
-//! `kinora inspect`: what became of a scene's text.
+//! `kinora inspect`: what became of a scene's text, or what is in a model's file.
 
-use kinora_scene::{Animated, Bsdf, Emission, Material, Scene, Shape};
+use std::path::Path;
+
+use glam::Vec3;
+use kinora_lang::assets::gltf::{self, LampKind, Model, Projection};
+use kinora_lang::assets::read_mesh;
+use kinora_lang::files::Files;
+use kinora_scene::{Animated, Bsdf, Emission, Material, Mesh, Scene, Shape};
 
 use crate::exit::{self, Outcome};
 use crate::flags::SceneFlags;
 use crate::{session, terminal};
 
-/// Show what a scene contains, all names resolved and all values computed.
+/// Show what a scene contains, all names resolved and all values computed; or what is in a model or a mesh.
 ///
-/// Example: kinora inspect hello.kin --ron
+/// Examples: kinora inspect hello.kin --ron, kinora inspect robot.glb
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -19,11 +25,104 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    if let Some(ending) = ending(&args.scene.file) {
+        return file(&args.scene.file, &ending);
+    }
     let loaded = session::load(&args.scene.file, &args.scene.changes())?;
     loaded.report();
     let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
     terminal::out(&if args.ron { ron(scene)? } else { overview(scene) })?;
     Ok(exit::CLEAN)
+}
+
+/// The ending of a file that is a model or a mesh.
+fn ending(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    ["gltf", "glb", "obj", "ply", "stl"].contains(&ending.as_str()).then_some(ending)
+}
+
+fn file(path: &Path, ending: &str) -> Outcome {
+    let (folder, name) = session::project(path)?;
+    let bytes = folder.read(&name).map_err(|error| error.message())?;
+    if ending != "gltf" && ending != "glb" {
+        return match read_mesh(&name, &bytes) {
+            Ok(mesh) => {
+                terminal::out(&mesh_overview(&mesh))?;
+                Ok(exit::CLEAN)
+            }
+            Err(error) => fault(&format!("`{name}` {}", error.message), error.help),
+        };
+    }
+    match gltf::read(&name, &bytes, &folder) {
+        Ok(model) => {
+            terminal::out(&model_overview(&model))?;
+            Ok(exit::CLEAN)
+        }
+        Err(faults) => {
+            let list: Vec<String> =
+                faults.first().iter().map(|fault| format!("{}: {}", fault.at, fault.message)).collect();
+            let more = faults.count() - list.len();
+            let more = if more > 0 { format!("\nand {more} more") } else { String::new() };
+            fault(&format!("`{name}` is not a valid glTF file\n{}{more}", list.join("\n")), "")
+        }
+    }
+}
+
+fn fault(message: &str, help: &str) -> Outcome {
+    terminal::out(&format!("{message}\n{help}{}", if help.is_empty() { "" } else { "\n" }))?;
+    Ok(exit::FINDINGS)
+}
+
+fn mesh_overview(mesh: &Mesh) -> String {
+    let (low, high) =
+        mesh.positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let size = high - low;
+    let has = |list: usize| if list > 0 { "yes" } else { "no" };
+    let rows = [
+        ("vertices", mesh.positions.len().to_string()),
+        ("triangles", mesh.triangles.len().to_string()),
+        ("size", format!("{} × {} × {} m", size.x, size.y, size.z)),
+        ("normals", has(mesh.normals.len()).into()),
+        ("uvs", has(mesh.uvs.len()).into()),
+        ("colors", has(mesh.colors.len()).into()),
+    ];
+    rows.into_iter().map(|(name, value)| format!("{name:<10}{value}\n")).collect()
+}
+
+fn model_overview(model: &Model) -> String {
+    let mut text = String::new();
+    let mut section = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            text += &format!("{title} {}\n", lines.len());
+            text.extend(lines.into_iter().map(|line| format!("  {line}\n")));
+        }
+    };
+    let nodes = model.nodes.iter().filter_map(|part| {
+        let mut line = part.path.clone()?;
+        if let Some((mesh, _)) = &part.shape {
+            line += &format!("  (mesh {})", mesh.name);
+        }
+        Some(line)
+    });
+    section("nodes", nodes.collect());
+    section("meshes", model.meshes.iter().map(|(name, triangles)| format!("{name}  {triangles} triangles")).collect());
+    section("materials", model.material_names.clone());
+    section("clips", model.clips.clone());
+    let cameras = model.nodes.iter().filter_map(|part| part.camera.as_ref()).map(|lens| match lens.projection {
+        Projection::Perspective(fov) => format!("{}  perspective, fov {:.1}deg", lens.name, fov.to_degrees()),
+        Projection::Orthographic(height) => format!("{}  orthographic, height {height}", lens.name),
+    });
+    section("cameras", cameras.collect());
+    let lights = model.nodes.iter().filter_map(|part| part.light.as_ref()).map(|lamp| match lamp.kind {
+        LampKind::Sun => format!("{}  sun, {} W/m^2", lamp.name, lamp.intensity),
+        LampKind::Point => format!("{}  point, {} W/sr", lamp.name, lamp.intensity),
+        LampKind::Spot([_, outer]) => {
+            format!("{}  spot, {} W/sr, angle {:.1}deg", lamp.name, lamp.intensity, 2.0 * outer.to_degrees())
+        }
+    });
+    section("lights", lights.collect());
+    section("left out", model.warnings.iter().map(|(what, then, _)| format!("{what}: {then}")).collect());
+    text
 }
 
 fn ron(scene: &Scene) -> Result<String, String> {
@@ -90,6 +189,10 @@ fn kinds(names: impl Iterator<Item = &'static str>) -> String {
 fn kind<R: kinora_scene::Rate>(shape: &Shape<R>) -> &'static str {
     match shape {
         Shape::Sphere { .. } => "sphere",
+        Shape::Disk { .. } => "disk",
+        Shape::Cylinder { .. } => "cylinder",
+        Shape::Cone { .. } => "cone",
+        Shape::Capsule { .. } => "capsule",
         Shape::Torus { .. } => "torus",
         Shape::Box { .. } => "box",
         Shape::Quad { .. } => "quad",

@@ -311,12 +311,46 @@ pub enum Shape<R: Rate> {
         /// Along `frame.x` and `frame.y`, above 0.
         size_m: DVec2,
     },
+    /// A disk.
+    Disk {
+        /// Its axes.
+        frame: Frame,
+        /// Above 0.
+        radius_m: f64,
+    },
+    /// A cylinder along y.
+    Cylinder {
+        /// Above 0.
+        radius_m: f64,
+        /// Above 0.
+        height_m: f64,
+        /// Whether its ends are closed.
+        capped: bool,
+    },
+    /// A cone along y, its tip up.
+    Cone {
+        /// Of its base, above 0.
+        radius_m: f64,
+        /// Above 0.
+        height_m: f64,
+        /// Whether its base is closed.
+        capped: bool,
+    },
+    /// A cylinder along y with round ends.
+    Capsule {
+        /// Above 0.
+        radius_m: f64,
+        /// Round ends included; twice the radius or more.
+        height_m: f64,
+        /// Whether the round ends are there; if not, the height must be more.
+        capped: bool,
+    },
     /// The infinite plane through the origin.
     Plane {
         /// Its axes.
         frame: Frame,
     },
-    /// A ring about the y axis.
+    /// A ring about the y axis: all points `tube_m` from a circle, those outside alone where the tube is thicker than that.
     Torus {
         /// From the origin to the centre of the ring, above 0.
         radius_m: f64,

@@ -94,7 +94,7 @@ fn read_hdr(bytes: &[u8]) -> Result<LightPicture, AssetError> {
 }
 
 /// A message as one clause on one line.
-fn plain(error: &dyn std::error::Error) -> String {
+pub(super) fn plain(error: &dyn std::error::Error) -> String {
     let mut deepest = error;
     while let Some(source) = deepest.source() {
         deepest = source;

@@ -1,7 +1,10 @@
 //! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
 
+pub mod gltf;
 pub mod hdr;
+mod model;
 mod obj;
+mod picture;
 mod ply;
 mod shape;
 
@@ -9,6 +12,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use kinora_scene::{Mesh, Shape};
+
+pub use model::load_models;
 
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;

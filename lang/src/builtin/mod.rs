@@ -213,6 +213,22 @@ impl<'c> Call<'c> {
         }
     }
 
+    /// A node of a model's file; that it is a model is for who uses it.
+    fn node(&mut self) -> Value {
+        match (self.value(0), self.value(1)) {
+            (Some(Value::Node(model)), Some(Value::Text(path))) => Value::Inner(model, path),
+            (Some(Value::Node(_)), Some(other)) => {
+                self.needs("a path, `\"Arm/Hand\"`", &other, self.place(1));
+                Value::Error
+            }
+            (Some(other), _) => {
+                self.needs("a model", &other, self.place(0));
+                Value::Error
+            }
+            _ => Value::Error,
+        }
+    }
+
     /// The components of a vector and their common dimension.
     fn vector(&mut self, index: usize) -> Option<(Vec<Scalar>, Dimension)> {
         let value = self.value(index)?;

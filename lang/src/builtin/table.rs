@@ -112,5 +112,5 @@ pub static BUILTINS: &[Builtin] = &[
     ),
     later("checker", &[param("a"), param("b"), optional("scale")], "squares of two colours"),
     later("normal_map", &[param("file"), optional("strength")], "bends the normal by a picture"),
-    later("node", &[param("model"), param("path")], "a node in a model"),
+    of("node", &[param("model"), param("path")], |call| call.node(), "a node in a model: `node(robot, \"Arm/Hand\")`"),
 ];

@@ -28,6 +28,8 @@ pub enum Data {
     Text(Arc<str>),
     /// A node.
     Node(NodeId),
+    /// A node or a camera of a model's file, by its path there.
+    Inner(NodeId, Arc<str>),
     /// A list of points, pairs or numbers.
     Rows(Arc<Vec<[f64; 3]>>),
 }
@@ -178,6 +180,10 @@ impl<'a> Machine<'a> {
             (Type::Node(sort), Value::Node(id)) => {
                 let wanted = *sort;
                 self.node_of(*id, span, sort.with_article(), |sort| sort == wanted)?
+            }
+            (Type::Node(Sort::Camera) | Type::Placed | Type::Target, Value::Inner(id, path)) => {
+                self.model_of(*id, span)?;
+                Data::Inner(*id, path.clone())
             }
             (Type::Placed, Value::Node(id)) => self.node_of(*id, span, "a shape or a group", Sort::is_placed)?,
             (Type::Target, Value::Node(id)) => {
@@ -405,6 +411,22 @@ impl<'a> Machine<'a> {
             wrong_word(found, choices, site.property.name).primary(self.file(), span, "not one of its words");
         let diagnostic = nearest_word(diagnostic, found.trim_matches('`'), choices, self.file(), span);
         self.report(diagnostic);
+    }
+
+    /// Whether the node is a model, whose file has nodes inside.
+    fn model_of(&mut self, id: NodeId, span: Span) -> Option<()> {
+        match self.kind_of(id) {
+            NodeKind::Schema(kind) if kind.name == "model" => Some(()),
+            NodeKind::Unknown => None,
+            _ => {
+                let place = self.nodes.get(id.0 as usize).map_or(span, |slot| slot.place());
+                let diagnostic = Diagnostic::new("E0204", "only a `model` has nodes of a file")
+                    .primary(self.file(), span, "a node in a model")
+                    .label(self.file(), place, "not a model");
+                self.report(diagnostic);
+                None
+            }
+        }
     }
 
     /// The node, if it can be used so.

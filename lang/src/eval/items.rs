@@ -539,6 +539,9 @@ impl<'a> Machine<'a> {
                     return value;
                 }
                 let known = kind.property(&name.text).is_some();
+                if kind.name == "model" && !known {
+                    return Value::Inner(id, name.text.as_ref().into());
+                }
                 let what = if known { "is not set here" } else { "is not a property of it" };
                 let diagnostic = Diagnostic::new(
                     "E0214",

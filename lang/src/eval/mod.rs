@@ -83,6 +83,7 @@ pub fn eval(tree: &Tree, files: &dyn Files, overrides: &Overrides) -> Result<Eva
     let mut lowered = lowered;
     if let Some(lowered) = &mut lowered {
         assets::load_meshes(lowered, files, source, &mut diagnostics);
+        assets::load_models(lowered, files, source, &mut diagnostics);
     }
     let mut diagnostics = diagnostic::list(diagnostics, usize::MAX).shown;
     let failed = diagnostics.iter().any(Diagnostic::is_error);

@@ -5,19 +5,19 @@ use std::rc::Rc;
 use glam::{DQuat, DVec3};
 use kinora_scene::{Aim, Animated, Camera, Track};
 
-use super::{Lower, read};
+use super::{InnerUse, Lower, read};
 use crate::diagnostic::Diagnostic;
 use crate::eval::coerce::Data;
 use crate::eval::machine::NodeValue;
 use crate::value::NodeId;
 
 impl<'a> Lower<'_, 'a> {
-    pub(super) fn camera(&mut self, id: NodeId, enclosing: Option<usize>) -> Camera<Animated> {
+    pub(super) fn camera(&mut self, id: NodeId, enclosing: Option<usize>, at: usize) -> Camera<Animated> {
         let node: Rc<NodeValue<'a>> = self.machine.done(id).unwrap_or_default();
         let position: Track<DVec3> = read::track(self.machine, &node, "position");
-        let aim = self.aim(id, &node, &position);
-        let parent = match read::node(read::data(&node, "parent")) {
-            Some(parent) => self.index_of(parent),
+        let aim = self.aim(id, &node, &position, at);
+        let parent = match read::set(&node, "parent") {
+            Some(_) => self.placed_node(&node, "parent", InnerUse::CameraParent(at)),
             None => enclosing.and_then(|at| self.order.get(at).copied()),
         };
         Camera {
@@ -31,7 +31,7 @@ impl<'a> Lower<'_, 'a> {
         }
     }
 
-    fn aim(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, position: &Track<DVec3>) -> Aim<Animated> {
+    fn aim(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, position: &Track<DVec3>, at: usize) -> Aim<Animated> {
         let file = self.machine.file();
         let (look_at, rotation) = (read::set(node, "look_at"), read::set(node, "rotation"));
         if let (Some(look_at), Some(rotation)) = (look_at, rotation) {
@@ -50,8 +50,8 @@ impl<'a> Lower<'_, 'a> {
         let up: Track<DVec3> = read::track(self.machine, node, "up");
         let data = look_at.data.clone();
         let target = match &data {
-            Some(Data::Node(target)) => {
-                return match self.index_of(*target) {
+            Some(Data::Node(_) | Data::Inner(..)) => {
+                return match self.placed_node(node, "look_at", InnerUse::CameraTarget(at)) {
                     Some(target) => Aim::Node { target, up },
                     None => Aim::Point { target: DVec3::ZERO.into(), up },
                 };

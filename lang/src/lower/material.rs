@@ -255,7 +255,7 @@ impl<'a> Lower<'_, 'a> {
 }
 
 /// Whether each material can give light, at some time and in some part of it.
-pub(super) fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
+pub fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
     let mut shining: Vec<bool> = Vec::with_capacity(materials.len());
     for material in materials {
         let part = |index: usize| shining.get(index) == Some(&true);
@@ -270,7 +270,7 @@ pub(super) fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
             Bsdf::Glossy { base, metalness, .. } => metalness.constant() != Some(&1.0) && part(*base),
             _ => false,
         };
-        shining.push(shines && material.opacity.constant() != Some(&0.0));
+        shining.push((shines || material.emission.max_element() > 0.0) && material.opacity.constant() != Some(&0.0));
     }
     shining
 }

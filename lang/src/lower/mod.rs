@@ -2,6 +2,7 @@
 
 mod camera;
 mod material;
+mod model;
 mod place;
 mod read;
 mod render;
@@ -14,6 +15,7 @@ use std::rc::Rc;
 use kinora_scene::{Animated, Clock, Look, Material, Node, Render, Scene, Sky, Tonemap};
 
 use crate::diagnostic::{Applicability, Diagnostic};
+use crate::eval::coerce::Data;
 use crate::eval::items::kind_text;
 use crate::eval::limits;
 use crate::eval::machine::{Machine, NodeKind, NodeValue};
@@ -22,7 +24,9 @@ use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
-use material::{MadeOf, shining};
+use material::MadeOf;
+pub use material::shining;
+pub use model::{InnerRequest, InnerUse, ModelRequest};
 pub use shape::{MeshFrom, MeshRequest};
 
 /// A scene whose meshes are still to be read.
@@ -31,6 +35,14 @@ pub struct Lowered {
     pub scene: Scene,
     /// The meshes that come from files.
     pub meshes: Vec<MeshRequest>,
+    /// The models that come from files.
+    pub models: Vec<ModelRequest>,
+    /// What refers into them.
+    pub inner: Vec<InnerRequest>,
+    /// The camera that the command line asks for, where it may be one of a model.
+    pub wanted: Option<String>,
+    /// Something could not be read: nothing can be said about what is missing.
+    pub unknown: bool,
 }
 
 /// What a file's nodes are, sorted by what they are for.
@@ -63,6 +75,8 @@ struct Lower<'m, 'a> {
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
+    models: Vec<ModelRequest>,
+    inner: Vec<InnerRequest>,
 }
 
 /// The scene that `roots` make; none where it has too many nodes. Problems are reported to the machine; `whole` says that the text had no error before.
@@ -86,6 +100,8 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),
+        models: Vec::new(),
+        inner: Vec::new(),
     };
     Some(lower.scene(camera))
 }
@@ -136,20 +152,34 @@ impl<'a> Lower<'_, 'a> {
         self.judge_materials();
         let parents = self.order();
         let nodes = self.nodes(&parents);
-        let cameras: Vec<_> =
-            self.found.cameras.clone().into_iter().map(|(id, parent)| self.camera(id, parent)).collect();
+        let cameras: Vec<_> = self
+            .found
+            .cameras
+            .clone()
+            .into_iter()
+            .enumerate()
+            .map(|(at, (id, parent))| self.camera(id, parent, at))
+            .collect();
         let (render, look, clock) = match self.found.render.first().and_then(|id| self.machine.done(*id)) {
             Some(node) => self.render(&node),
             None => (Render::default(), Look { exposure: 0.0.into(), tonemap: Tonemap::Agx }, Clock::default()),
         };
         let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
+        let wanted = camera.filter(|_| !self.models.is_empty()).map(String::from);
         let camera = self.which_camera(camera);
         let scene =
             Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
-        Lowered { scene, meshes: std::mem::take(&mut self.meshes) }
+        Lowered {
+            scene,
+            meshes: std::mem::take(&mut self.meshes),
+            models: std::mem::take(&mut self.models),
+            inner: std::mem::take(&mut self.inner),
+            wanted: wanted.filter(|_| camera.is_none()),
+            unknown: self.found.unknown,
+        }
     }
 
     /// The place that stands for a node in a message: its name, or its kind.
@@ -193,7 +223,7 @@ impl<'a> Lower<'_, 'a> {
         let file = self.machine.file();
         if let Some(wanted) = wanted {
             let found = names.iter().position(|name| name == wanted);
-            if found.is_none() {
+            if found.is_none() && self.models.is_empty() {
                 let mut diagnostic = Diagnostic::new("E0203", format!("no camera named `{wanted}` here"));
                 let near = suggest(wanted, names.iter().map(String::as_str));
                 diagnostic = match (near.first(), names.is_empty()) {
@@ -210,11 +240,18 @@ impl<'a> Lower<'_, 'a> {
         }
         let render = self.found.render.first().and_then(|id| self.machine.done(*id));
         if let Some(set) = render.as_ref().and_then(|node| read::set(node, "camera")) {
+            if let Some(Data::Inner(id, path)) = &set.data {
+                let (path, span) = (path.clone(), set.expr.span);
+                let model = self.index_of(*id)?;
+                self.inner.push(InnerRequest { by: InnerUse::Picture, model, path, span });
+                return None;
+            }
             let id = read::node(set.data.as_ref())?;
             return self.found.cameras.iter().position(|(camera, _)| *camera == id);
         }
         match self.found.cameras.as_slice() {
-            [] if self.found.unknown => None,
+            // A model may have one.
+            [] if self.found.unknown || !self.models.is_empty() => None,
             [] => {
                 let end = self.machine.source.len();
                 let text = "camera main { position: (0, 1, 4), look_at: (0, 0, 0) }";
@@ -252,7 +289,8 @@ impl<'a> Lower<'_, 'a> {
 
     /// E0503 and W0402.
     fn what_is_missing(&mut self, scene: &Scene, shining: &[bool]) {
-        if self.found.unknown {
+        // What a model has is not known yet.
+        if self.found.unknown || !self.models.is_empty() {
             return;
         }
         let file = self.machine.file();

@@ -5,8 +5,9 @@ use std::rc::Rc;
 use glam::DVec3;
 use kinora_scene::{Node, Placing, Track};
 
-use super::{Lower, read};
+use super::{InnerUse, Lower, read};
 use crate::diagnostic::Diagnostic;
+use crate::eval::coerce::Data;
 use crate::eval::machine::{NodeKind, NodeValue};
 use crate::schema::Sort;
 use crate::value::NodeId;
@@ -25,7 +26,10 @@ impl<'a> Lower<'_, 'a> {
         let mut parents: Vec<Option<usize>> = Vec::with_capacity(self.found.placed.len());
         for (id, enclosing) in self.found.placed.clone() {
             let node = self.machine.done(id).unwrap_or_default();
-            let given = read::node(read::data(&node, "parent"));
+            let given = match read::data(&node, "parent") {
+                Some(Data::Node(parent) | Data::Inner(parent, _)) => Some(*parent),
+                _ => None,
+            };
             parents.push(match given {
                 Some(parent) => self.first.get(&parent).copied(),
                 None => enclosing,
@@ -97,6 +101,9 @@ impl<'a> Lower<'_, 'a> {
     }
 
     fn placed(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, index: usize, parent: Option<usize>) -> Node {
+        if let Some(Data::Inner(..)) = read::data(node, "parent") {
+            self.placed_node(node, "parent", InnerUse::Parent(index));
+        }
         let shape = match node.kind {
             NodeKind::Schema(kind) if kind.sort == Sort::Shape => self.shape(id, node, kind, index),
             _ => None,

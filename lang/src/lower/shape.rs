@@ -59,13 +59,55 @@ impl<'a> Lower<'_, 'a> {
                 Shape::Quad { frame: self.frame(id, node), size_m }
             }
             "torus" => Shape::Torus { radius_m: read::number(node, "radius"), tube_m: read::number(node, "tube") },
+            "disk" => {
+                let frame = Frame::facing(read::vector(node, "normal"), DVec3::Y);
+                let frame = frame.unwrap_or(Frame { x: DVec3::X, y: DVec3::NEG_Z, z: DVec3::Y });
+                Shape::Disk { frame, radius_m: read::number(node, "radius") }
+            }
+            "cylinder" | "cone" | "capsule" => {
+                let (radius_m, height_m) = (read::number(node, "radius"), read::number(node, "height"));
+                let capped = read::number(node, "capped") != 0.0;
+                match kind.name {
+                    "cylinder" => Shape::Cylinder { radius_m, height_m, capped },
+                    "cone" => Shape::Cone { radius_m, height_m, capped },
+                    _ => {
+                        self.low_capsule(id, node, [radius_m, height_m], capped);
+                        Shape::Capsule { radius_m, height_m, capped }
+                    }
+                }
+            }
             "plane" => Shape::Plane { frame: self.frame(id, node) },
             "mesh" => {
                 self.mesh(id, node, index);
                 Shape::Mesh(Arc::default())
             }
+            "model" => {
+                self.model(id, node, index);
+                return None;
+            }
             _ => return None,
         })
+    }
+
+    /// E0401: the round ends of a capsule do not fit into its height.
+    fn low_capsule(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, [radius, height]: [f64; 2], capped: bool) {
+        let least = 2.0 * radius;
+        let failed =
+            ["radius", "height"].iter().any(|name| read::set(node, name).is_some_and(|set| set.data.is_none()));
+        // What is written as twice the radius may be off by rounding.
+        if failed || (if capped { height >= least * (1.0 - 1e-9) } else { height > least }) {
+            return;
+        }
+        let span = read::set(node, "height").or(read::set(node, "radius")).map_or(self.span(id), |set| set.expr.span);
+        let message = format!("a capsule of radius {radius} must be {least} high or more");
+        let diagnostic = match capped {
+            true => {
+                Diagnostic::new("E0401", message).help("`height` includes the round ends: raise it, or use a `sphere`")
+            }
+            false => Diagnostic::new("E0401", "nothing is left of the capsule without its round ends")
+                .help("raise its `height`, which includes the round ends"),
+        };
+        self.report(id, diagnostic.primary(self.machine.file(), span, format!("its ends alone are {least} high")));
     }
 
     fn frame(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Frame {

@@ -87,6 +87,12 @@ fn half_size(shape: &Shape<Animated>) -> Option<DVec3> {
         Shape::Sphere { radius_m } => radius_m.constant().map(|radius| DVec3::splat(*radius)),
         Shape::Box { size_m } => Some(0.5 * *size_m),
         Shape::Quad { frame, size_m } => Some(0.5 * ((frame.x * size_m.x).abs() + (frame.y * size_m.y).abs())),
+        Shape::Disk { frame, radius_m } => {
+            Some(*radius_m * (DVec3::ONE - frame.z * frame.z).max(DVec3::ZERO).map(f64::sqrt))
+        }
+        Shape::Cylinder { radius_m, height_m, .. }
+        | Shape::Cone { radius_m, height_m, .. }
+        | Shape::Capsule { radius_m, height_m, .. } => Some(DVec3::new(*radius_m, 0.5 * height_m, *radius_m)),
         Shape::Torus { radius_m, tube_m } => Some(DVec3::new(radius_m + tube_m, *tube_m, radius_m + tube_m)),
         Shape::Plane { .. } | Shape::Mesh(_) => None,
     }

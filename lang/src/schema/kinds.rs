@@ -89,21 +89,21 @@ pub static KINDS: &[Kind] = &[
     kind("sphere", Sort::Shape, &[SPHERE, SHAPE], "all points one radius from its origin"),
     kind("box", Sort::Shape, &[BOX, SHAPE], "a box, centred on its origin"),
     kind("quad", Sort::Shape, &[QUAD, SHAPE], "a rectangle, centred on its origin"),
-    kind("disk", Sort::Shape, &[DISK, SHAPE], "a disk, centred on its origin").later(),
+    kind("disk", Sort::Shape, &[DISK, SHAPE], "a disk, centred on its origin"),
     kind("plane", Sort::Shape, &[PLANE, SHAPE], "an infinite plane"),
-    kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y").later(),
-    kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up").later(),
-    kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends").later(),
+    kind("cylinder", Sort::Shape, &[CYLINDER, SHAPE], "a cylinder along y"),
+    kind("cone", Sort::Shape, &[CYLINDER, SHAPE], "a cone along y, its tip up"),
+    kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends"),
     kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y"),
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
-    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene").later(),
+    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene"),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),
     kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared").later(),
     kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one").later(),
     kind("rigid_body", Sort::Part, &[RIGID_BODY], "makes its shape a body of the simulation").later().inside(&[]),
     kind("joint", Sort::Joint, &[JOINT], "holds two bodies together").later(),
     kind("cloth", Sort::Part, &[CLOTH], "makes its shape a cloth").later().inside(&["quad", "mesh"]),
-    kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").later().inside(&["model"]),
+    kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").inside(&["model"]),
     kind("denoise", Sort::Part, &[], "reserved").later().inside(&["render"]),
     kind("fluid", Sort::Simulation, &[], "reserved").later(),
     kind("forces", Sort::Simulation, &[], "reserved").later(),
@@ -354,6 +354,7 @@ const CYLINDER: &[Property] = &[
 const CAPSULE: &[Property] = &[
     row("radius", LENGTH, Default::Number(0.5), "its radius").check(Check::Above0),
     row("height", LENGTH, Default::Number(2.0), "along y, round ends included").check(Check::Above0),
+    row("capped", Type::Bool, Default::Bool(true), "whether its round ends are there"),
 ];
 
 const TORUS: &[Property] = &[
@@ -373,8 +374,8 @@ const MESH: &[Property] = &[
 
 const MODEL: &[Property] = &[
     row("file", Type::Text, Default::Needed, "a glTF or GLB file"),
-    row("clip", Type::Text, Default::Computed, "which of its animations plays"),
-    row("clip_time", TIME, Default::Computed, "where it plays").moving(),
+    row("clip", Type::Text, Default::Computed, "which of its animations plays").later(),
+    row("clip_time", TIME, Default::Computed, "where it plays").moving().later(),
 ];
 
 const INSTANCE: &[Property] = &[row("of", Type::Placed, Default::Needed, "what is shown once more")];

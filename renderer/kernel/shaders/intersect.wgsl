@@ -5,7 +5,8 @@ struct Hit {
     t: f32,
     /// Primitive, or PLANE_BIT | shape, or NONE.
     id: u32,
-    /// Of a flat primitive: how far along the edges from the first corner to the second and to the last.
+    /// Of a flat primitive: how far along the edges from the first corner to the second and to the last. Of a cylinder or
+    /// a cone: which part, PART_….
     uv: vec2<f32>,
 }
 
@@ -99,6 +100,13 @@ fn hit_sphere(id: u32, ray: Probe, t_max: f32, starts_on: bool) -> Hit {
 fn hit_primitive(id: u32, ray: Probe, t_max: f32, start: u32) -> Hit {
     if (primitives[id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_SPHERE {
         return hit_sphere(id, ray, t_max, id == start);
+    }
+    if (params.features & FEATURE_OTHER) != 0u && (primitives[id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_OTHER {
+        let hit = hit_other(id, ray.o, ray.d, id == start);
+        if hit.t < t_max {
+            return hit;
+        }
+        return no_hit();
     }
     if id == start {
         return no_hit();

@@ -214,6 +214,26 @@ fn ellipsoid_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     return LightSample(p, unit, pdf_of_area(per_area, eye, p, unit), shape);
 }
 
+fn other_light_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
+    let kind = lights[light].kind;
+    let drawn = other_sample(kind.z, lights[light].edge_u.y, lights[light].edge_v.xyz, u);
+    let p = world_point(kind.y, drawn.at.p);
+    let n = world_normal(kind.y, drawn.at.n);
+    let unit = normalize(n);
+    return LightSample(p, unit, pdf_of_area(drawn.pdf / ellipsoid_stretch(light, n), eye, p, unit), kind.y);
+}
+
+// The density of a place of such a light, a square metre of the world.
+fn other_light_density(light: u32, p: vec3<f32>) -> f32 {
+    let kind = lights[light].kind;
+    let size = lights[light].edge_u.y;
+    let q = object_point(kind.y, p);
+    let part = other_part(kind.z, q);
+    let at = other_point(kind.z, size, q, part);
+    let density = other_density(kind.z, size, at.p, part, lights[light].edge_v.xyz);
+    return density / ellipsoid_stretch(light, world_normal(kind.y, at.n));
+}
+
 /// A point of some light, as seen from `eye`.
 fn light_sample(eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     var v = u;
@@ -233,6 +253,11 @@ fn light_sample(eye: vec3<f32>, u: vec2<f32>) -> LightSample {
         }
         case LIGHT_TRIANGLE: {
             s = triangle_sample(light, eye, v);
+        }
+        case LIGHT_OTHER: {
+            if (params.features & FEATURE_OTHER) != 0u {
+                s = other_light_sample(light, eye, v);
+            }
         }
         default: {
             s = flat_sample(light, eye, v);
@@ -264,6 +289,12 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
             let q = normalize(object_point(s.shape, s.p));
             let n = world_normal(s.shape, q);
             return chance * pdf_of_area(0.25 * INV_PI / ellipsoid_stretch(light, n), eye, s.p, normalize(n));
+        }
+        case LIGHT_OTHER: {
+            if (params.features & FEATURE_OTHER) == 0u {
+                return 0.0;
+            }
+            return chance * pdf_of_area(other_light_density(light, s.p), eye, s.p, s.ng);
         }
         case LIGHT_RECTANGLE: {
             let solid_angle = spherical_rectangle(light, eye).solid_angle;

@@ -5,6 +5,8 @@
 const PRIMITIVE_TRIANGLE: u32 = 0x00000000u;
 const PRIMITIVE_PARALLELOGRAM: u32 = 0x40000000u;
 const PRIMITIVE_SPHERE: u32 = 0x80000000u;
+/// One of OTHER_…: see shapes.wgsl.
+const PRIMITIVE_OTHER: u32 = 0xc0000000u;
 const PRIMITIVE_KIND: u32 = 0xc0000000u;
 
 /// `Material::kind.x`.
@@ -34,6 +36,8 @@ const CHOICE: u32 = 8u;
 
 /// `Params::features`: what occurs in the scene.
 const FEATURE_CUTOUT: u32 = 1u;
+/// A shape of shapes.wgsl.
+const FEATURE_OTHER: u32 = 2u;
 /// Shifted by a MATERIAL_…: that kind. A GPU compiles the shaders anew for each set of features, and leaves out the rest.
 const FEATURE_MATERIAL: u32 = 256u;
 
@@ -43,6 +47,8 @@ const LIGHT_PARALLELOGRAM: u32 = 1u;
 const LIGHT_SPHERE: u32 = 2u;
 const LIGHT_ELLIPSOID: u32 = 3u;
 const LIGHT_RECTANGLE: u32 = 4u;
+/// A shape of shapes.wgsl.
+const LIGHT_OTHER: u32 = 5u;
 
 /// No hit, no light.
 const NONE: u32 = 0xffffffffu;
@@ -88,14 +94,15 @@ struct Params {
 }
 
 /// A primitive of the BVH, in its leaf order: the coordinates of its corners, a lane each, so that all edges are tested
-/// at once. A triangle's fourth corner is its first. A sphere is its shape's unit sphere and has no corners.
+/// at once. A triangle's fourth corner is its first. A sphere is its shape's unit sphere and has no corners; of another
+/// shape, x.x is its size.
 struct Primitive {
     x: vec4<f32>,
     y: vec4<f32>,
     z: vec4<f32>,
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
-    /// Index in its shape; 1 if u grows along the last edge instead of the first; the rest is unused.
+    /// Index in its shape; 1 if u grows along the last edge instead of the first; OTHER_…; the rest is unused.
     index: vec4<u32>,
 }
 
@@ -134,13 +141,14 @@ struct Material {
 struct Light {
     /// A corner, or the centre; w: sum of the chances of all lights before it (2 for those after the last with any).
     origin: vec4<f32>,
-    /// An edge; sphere: radius in x; w: chance to be chosen.
+    /// An edge; sphere: radius in x; ellipsoid and other: the determinant of its transform in x; other: its size in y;
+    /// w: chance to be chosen.
     edge_u: vec4<f32>,
-    /// The other edge.
+    /// The other edge; other: the chances of its parts.
     edge_v: vec4<f32>,
     /// Of a flat light: its outward unit normal; w: 1 / area in m².
     normal: vec4<f32>,
-    /// LIGHT_…, shape.
+    /// LIGHT_…, shape, OTHER_….
     kind: vec4<u32>,
 }
 

@@ -89,6 +89,9 @@ fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     if (primitives[hit.id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_SPHERE {
         return surface_of_sphere(hit, o, d);
     }
+    if (params.features & FEATURE_OTHER) != 0u && (primitives[hit.id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_OTHER {
+        return surface_of_other(hit, o, d);
+    }
     return surface_of_flat(hit);
 }
 

@@ -5,8 +5,8 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    LIGHT_RECTANGLE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, PRIMITIVE_KIND,
-    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
+    LIGHT_OTHER, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, OTHER_TORUS, PRIMITIVE_KIND,
+    PRIMITIVE_OTHER, TABLE_ALBEDO,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -74,7 +74,8 @@ impl Packed {
             self.validate_material(At("materials", i), material)?;
         }
         for (i, light) in self.lights.iter().enumerate() {
-            At("lights", i).below("the kind", light.kind.x.into(), LIGHT_RECTANGLE as usize + 1)?;
+            At("lights", i).below("the kind", light.kind.x.into(), LIGHT_OTHER as usize + 1)?;
+            At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?;
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
         Ok(())
@@ -119,8 +120,9 @@ impl Packed {
         for (i, primitive) in self.primitives.iter().enumerate() {
             let at = At("primitives", i);
             let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
-            let known = [PRIMITIVE_TRIANGLE, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE].contains(&kind);
-            at.below("the kind", u64::from(!known), 1)?;
+            if kind == PRIMITIVE_OTHER {
+                at.below("the kind", primitive.index.z.into(), OTHER_TORUS as usize + 1)?;
+            }
             at.below("the shape", shape.into(), self.shapes.len())?;
             let Some(shape) = self.shapes.get(shape as usize) else { continue };
             if shape.index.y != NONE {

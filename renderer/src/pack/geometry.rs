@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
-    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_PARALLELOGRAM,
-    PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
+    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_OTHER,
+    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
 };
 use kinora_kernel::query::Bounds;
 use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape};
@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::lights::{Light, light, luminance};
 use super::materials::{add_emitters, emitters};
+use super::other::Other;
 use super::{NO_LIGHT, PackError, TURN};
 
 /// What `pack` collects, primitives in the order in which they come.
@@ -59,8 +60,13 @@ impl Geometry {
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
-            Shape::Torus { radius_m, tube_m } => self.add_mesh(shape, place, &torus(*radius_m, *tube_m), emission),
             Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission),
+            other => {
+                if let Some(other) = Other::new(other, place) {
+                    set_transform(&mut record, other.place);
+                    self.add_other(shape, &other, emission);
+                }
+            }
         }
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
         record.index = UVec4::new(instance.material as u32, first_light, record.index.z, instance.node as u32);
@@ -109,6 +115,22 @@ impl Geometry {
         self.bounds.push(Bounds { low: (centre - half).as_vec3(), high: (centre + half).as_vec3() });
         self.primitives
             .push(Primitive { shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_SPHERE), ..Primitive::default() });
+    }
+
+    fn add_other(&mut self, shape: u32, other: &Other, emission: Option<f64>) {
+        let primitive = Primitive {
+            x: Vec4::new(other.size as f32, 0.0, 0.0, 0.0),
+            shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_OTHER),
+            index: UVec4::new(0, 0, other.kind, 0),
+            ..Primitive::default()
+        };
+        let place = other.place;
+        let rows = [0, 1, 2].map(|i| place.matrix3.row(i).extend(place.translation[i]));
+        self.bounds.push(Bounds::of_other(&primitive, rows));
+        self.primitives.push(primitive);
+        if let Some(power_per_m2) = emission {
+            self.lights.push(other.light(shape, power_per_m2));
+        }
     }
 
     // A rectangle about the origin of `place`, as one primitive and one light.
@@ -203,8 +225,8 @@ fn area_m2(shape: &Shape<Still>, place: DAffine3) -> f64 {
             place.transform_vector3(frame.x * size_m.x).cross(place.transform_vector3(frame.y * size_m.y)).length()
         }
         Shape::Plane { .. } => f64::INFINITY,
-        Shape::Torus { radius_m, tube_m } => mesh_area(&torus(*radius_m, *tube_m), place),
         Shape::Mesh(mesh) => mesh_area(mesh, place),
+        other => Other::new(other, place).map_or(0.0, |other| other.areas().iter().sum()),
     }
 }
 
@@ -216,37 +238,8 @@ fn mesh_area(mesh: &Mesh, place: DAffine3) -> f64 {
     mesh.triangles.iter().map(area).sum()
 }
 
-/// Corners of a ring, round the axis and round the tube: its outline is off by less than 1e-4 of its size.
-const TORUS_CORNERS: [u32; 2] = [256, 128];
-
-/// A ring about y as a mesh with normals; v runs round the tube from the outside up, u round +y from +z.
-fn torus(radius: f64, tube: f64) -> Mesh {
-    let [around, along] = TORUS_CORNERS;
-    let mut mesh = Mesh::default();
-    for i in 0..=around {
-        let u = f64::from(i) / f64::from(around);
-        let (x, z) = (TURN * u).sin_cos();
-        for j in 0..=along {
-            let v = f64::from(j) / f64::from(along);
-            let (up, out) = (TURN * v).sin_cos();
-            let n = DVec3::new(x * out, up, z * out);
-            mesh.positions.push((DVec3::new(x, 0.0, z) * radius + n * tube).as_vec3());
-            mesh.normals.push(n.as_vec3());
-            mesh.uvs.push(DVec2::new(u, v).as_vec2());
-        }
-    }
-    for i in 0..around {
-        for j in 0..along {
-            let a = i * (along + 1) + j;
-            let b = a + along + 1;
-            mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
-        }
-    }
-    mesh
-}
-
 // |det M| ∫ |M⁻ᵀ n| over the unit sphere: exact for spheres, by the midpoint rule for ellipsoids.
-fn ellipsoid_area(place: DAffine3) -> f64 {
+pub fn ellipsoid_area(place: DAffine3) -> f64 {
     let det = place.matrix3.determinant().abs();
     let by_normal = normal_matrix(place) * det;
     if let Some(radius) = radius_of(place) {
@@ -287,7 +280,7 @@ fn sphere_light(shape: u32, place: DAffine3, power_per_m2: f64) -> Light {
     }
 }
 
-fn normal_matrix(place: DAffine3) -> DMat3 {
+pub fn normal_matrix(place: DAffine3) -> DMat3 {
     place.matrix3.inverse().transpose()
 }
 

@@ -1,6 +1,6 @@
 //! `pack`: a [`World`] becomes the flat arrays that the kernel reads.
 //!
-//! Flat shapes become parallelograms and triangles in world space, spheres stay exact, infinite planes stand beside the tree. All
+//! Flat shapes become parallelograms and triangles in world space, spheres and all that curves stay exact, infinite planes stand beside the tree. All
 //! placing is done in f64 and rounded once.
 
 mod eye;
@@ -8,13 +8,17 @@ mod filter;
 mod geometry;
 mod lights;
 mod materials;
+mod other;
 mod spectra;
 
 use std::f64::consts::TAU;
 
 use glam::{DVec3, UVec4, Vec4};
 use kinora_kernel::albedo;
-use kinora_kernel::generated::{FEATURE_CUTOUT, FEATURE_MATERIAL, NONE, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO};
+use kinora_kernel::generated::{
+    FEATURE_CUTOUT, FEATURE_MATERIAL, FEATURE_OTHER, NONE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM,
+    SAMPLER_SOBOL, TABLE_ALBEDO,
+};
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
@@ -101,6 +105,9 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let cut_out = |instance: &Instance| geometry.materials.get(instance.material).is_some_and(|m| m.more.w < 1.0);
     if world.instances.iter().any(cut_out) {
         params.features |= FEATURE_CUTOUT;
+    }
+    if geometry.primitives.iter().any(|p| p.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER) {
+        params.features |= FEATURE_OTHER;
     }
     for material in &geometry.materials {
         params.features |= FEATURE_MATERIAL << material.kind.x;

@@ -14,8 +14,10 @@ pub struct Solid {
 }
 
 enum Part {
-    /// The unit sphere, placed in the world.
-    Ball { world_from_unit: DAffine3, unit_from_world: DAffine3 },
+    /// The unit sphere, placed in the world, or the half of it with y of that sign.
+    Ball { world_from_unit: DAffine3, unit_from_world: DAffine3, half: f64 },
+    /// Where x² + z² = (1 − taper · y)² and y is from 0 to 1, placed in the world.
+    Side { world_from_side: DAffine3, side_from_world: DAffine3, taper: f64 },
     /// A torus about y, by the radii of its ring and its tube.
     Ring { world_from_ring: DAffine3, ring_from_world: DAffine3, radius: f64, tube: f64 },
     /// All corner + u · x + v · y with (u, v) in `extent`.
@@ -24,6 +26,8 @@ enum Part {
 
 enum Extent {
     Parallelogram,
+    /// About the corner, x and y its radii.
+    Disk,
     Triangle,
     Plane,
 }
@@ -58,10 +62,55 @@ impl Solid {
             let (x, y) = (frame.x * size.x, frame.y * size.y);
             flat(centre - 0.5 * (x + y), x, y, Extent::Parallelogram)
         };
+        let ball = |world_from_unit: DAffine3, half| Part::Ball {
+            world_from_unit,
+            unit_from_world: world_from_unit.inverse(),
+            half,
+        };
+        let side = |bottom: f64, radius: f64, height: f64, taper| {
+            let world_from_side = place
+                * DAffine3::from_translation(DVec3::Y * bottom)
+                * DAffine3::from_scale(DVec3::new(radius, height, radius));
+            Part::Side { world_from_side, side_from_world: world_from_side.inverse(), taper }
+        };
         let parts: Vec<Part> = match &instance.shape {
             Shape::Sphere { radius_m } => {
                 let world_from_unit = place * DAffine3::from_scale(DVec3::splat(*radius_m));
-                vec![Part::Ball { world_from_unit, unit_from_world: world_from_unit.inverse() }]
+                vec![ball(world_from_unit, 0.0)]
+            }
+            Shape::Disk { frame, radius_m } => {
+                vec![flat(DVec3::ZERO, frame.x * *radius_m, frame.y * *radius_m, Extent::Disk)]
+            }
+            &Shape::Cylinder { radius_m, height_m, capped } => {
+                let mut parts = vec![side(-0.5 * height_m, radius_m, height_m, 0.0)];
+                let end =
+                    |y: f64, across: DVec3| flat(DVec3::Y * y, across * radius_m, DVec3::X * radius_m, Extent::Disk);
+                if capped {
+                    parts.extend([end(0.5 * height_m, DVec3::Z), end(-0.5 * height_m, DVec3::NEG_Z)]);
+                }
+                parts
+            }
+            &Shape::Cone { radius_m, height_m, capped } => {
+                let mut parts = vec![side(-0.5 * height_m, radius_m, height_m, 1.0)];
+                if capped {
+                    let (x, y) = (DVec3::NEG_Z * radius_m, DVec3::X * radius_m);
+                    parts.push(flat(DVec3::Y * (-0.5 * height_m), x, y, Extent::Disk));
+                }
+                parts
+            }
+            &Shape::Capsule { radius_m, height_m, capped } => {
+                let straight = height_m - 2.0 * radius_m;
+                let mut parts = vec![];
+                if straight > 0.0 {
+                    parts.push(side(-0.5 * straight, radius_m, straight, 0.0));
+                }
+                if capped {
+                    parts.extend([-1.0, 1.0].map(|half| {
+                        let centre = DAffine3::from_translation(DVec3::Y * (0.5 * half * straight));
+                        ball(place * centre * DAffine3::from_scale(DVec3::splat(radius_m)), half)
+                    }));
+                }
+                parts
             }
             Shape::Torus { radius_m, tube_m } => {
                 vec![Part::Ring {
@@ -106,10 +155,15 @@ impl Solid {
 impl Part {
     fn area(&self) -> f64 {
         match self {
-            Part::Ball { world_from_unit, .. } => image_area(world_from_unit.matrix3, |turn, height| {
+            Part::Ball { world_from_unit, half, .. } => image_area(world_from_unit.matrix3, |turn, height| {
                 let (z, (sin, cos)) = (2.0 * height - 1.0, (TAU * turn).sin_cos());
                 let r = (1.0 - z * z).sqrt();
-                4.0 * PI * DVec3::new(r * cos, r * sin, z)
+                // Half of a sphere's image has half its area, whichever half.
+                (if *half == 0.0 { 4.0 } else { 2.0 }) * PI * DVec3::new(r * cos, r * sin, z)
+            }),
+            Part::Side { world_from_side, taper, .. } => image_area(world_from_side.matrix3, |turn, height| {
+                let (sin, cos) = (TAU * turn).sin_cos();
+                TAU * (1.0 - taper * height) * DVec3::new(cos, *taper, sin)
             }),
             Part::Ring { world_from_ring, radius, tube, .. } => image_area(world_from_ring.matrix3, |turn, round| {
                 let ((sin, cos), (up, out)) = ((TAU * turn).sin_cos(), (TAU * round).sin_cos());
@@ -118,6 +172,7 @@ impl Part {
             Part::Flat { x, y, extent, .. } => match extent {
                 Extent::Parallelogram => x.cross(*y).length(),
                 Extent::Triangle => 0.5 * x.cross(*y).length(),
+                Extent::Disk => PI * x.cross(*y).length(),
                 Extent::Plane => f64::INFINITY,
             },
         }
@@ -126,12 +181,25 @@ impl Part {
     /// The nearest t above `t_min`, and (u, v) of what is flat.
     fn meet(&self, o: DVec3, d: DVec3, t_min: f64) -> Option<(f64, DVec2)> {
         match self {
-            Part::Ball { unit_from_world, .. } => {
+            Part::Ball { unit_from_world, half, .. } => {
                 let (o, d) = (unit_from_world.transform_point3(o), unit_from_world.transform_vector3(d));
                 let (a, b, c) = (d.length_squared(), o.dot(d), o.length_squared() - 1.0);
                 let root = (b * b - a * c).sqrt();
                 let roots = [(-b - root) / a, (-b + root) / a];
-                roots.into_iter().find(|t| *t > t_min).map(|t| (t, DVec2::ZERO))
+                let there = |t: &f64| *t > t_min && (o.y + t * d.y) * half >= 0.0;
+                roots.into_iter().find(there).map(|t| (t, DVec2::ZERO))
+            }
+            Part::Side { side_from_world, taper, .. } => {
+                let (o, d) = (side_from_world.transform_point3(o), side_from_world.transform_vector3(d));
+                let (r, slope) = (1.0 - taper * o.y, -taper * d.y);
+                let a = d.x * d.x + d.z * d.z - slope * slope;
+                let b = o.x * d.x + o.z * d.z - r * slope;
+                let c = o.x * o.x + o.z * o.z - r * r;
+                let root = (b * b - a * c).sqrt();
+                let mut roots = [(-b - root) / a, (-b + root) / a];
+                roots.sort_by(f64::total_cmp);
+                let there = |t: &f64| *t > t_min && (0.0..=1.0).contains(&(o.y + t * d.y));
+                roots.into_iter().find(there).map(|t| (t, DVec2::ZERO))
             }
             Part::Ring { ring_from_world, radius, tube, .. } => {
                 let (o, d) = (ring_from_world.transform_point3(o), ring_from_world.transform_vector3(d));
@@ -162,6 +230,7 @@ impl Part {
                 let inside = match extent {
                     Extent::Parallelogram => uv.min_element() >= 0.0 && uv.max_element() <= 1.0,
                     Extent::Triangle => uv.min_element() >= 0.0 && uv.element_sum() <= 1.0,
+                    Extent::Disk => uv.length() <= 1.0,
                     Extent::Plane => true,
                 };
                 (t > t_min && t.is_finite() && inside).then_some((t, uv))
@@ -171,10 +240,17 @@ impl Part {
 
     fn hit(&self, p: DVec3, t: f64, uv: DVec2, solid: usize) -> Hit {
         match self {
-            Part::Ball { world_from_unit, unit_from_world } => {
+            Part::Ball { world_from_unit, unit_from_world, .. } => {
                 let q = unit_from_world.transform_point3(p);
                 let n = (unit_from_world.matrix3.transpose() * q).normalize();
                 let tangent = world_from_unit.transform_vector3(DVec3::Y.cross(q));
+                Hit { t, p, ng: n, ns: n, tangent, solid }
+            }
+            Part::Side { world_from_side, side_from_world, taper } => {
+                let q = side_from_world.transform_point3(p);
+                let slope = DVec3::new(q.x, *taper * (1.0 - taper * q.y), q.z);
+                let n = (side_from_world.matrix3.transpose() * slope).normalize();
+                let tangent = world_from_side.transform_vector3(DVec3::Y.cross(q));
                 Hit { t, p, ng: n, ns: n, tangent, solid }
             }
             Part::Ring { world_from_ring, ring_from_world, radius, .. } => {

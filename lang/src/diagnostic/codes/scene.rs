@@ -546,11 +546,25 @@ pub(super) const ROWS: &[Row] = &[
         "",
     ),
     row(
+        "E0802",
+        "a model that needs an extension",
+        "The file says that it cannot be shown without an extension of glTF, and this program does not know it. Most often it is compressed: export it again without.",
+        "",
+        "",
+    ),
+    row(
         "E0803",
         "a mesh that cannot be used",
         "An index refers to no vertex, a number is not finite, or there are no triangles.",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 9001] }",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nmesh m { positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }",
+    ),
+    row(
+        "E0804",
+        "an unknown part of a model",
+        "The model's file has no node or camera of that name, or several. Nodes are named by their path, or by as much of its end as only one of them has; `kinora inspect MODEL` lists them.",
+        "",
+        "",
     ),
     row(
         "E0805",
@@ -560,6 +574,13 @@ pub(super) const ROWS: &[Row] = &[
         "",
     ),
     row("E0806", "a mesh with too many triangles", "It would not fit into the memory of most machines.", "", ""),
+    row(
+        "W0810",
+        "a part of a model that is left out",
+        "The file has something that this version does not show. The rest of the model is complete.",
+        "",
+        "",
+    ),
     row(
         "E1001",
         "calls without end",

@@ -4,12 +4,17 @@
 //! items first; which of its halves to keep as nodes is then chosen at the least cost (Ylitie, Karras and Laine, HPG
 //! 2017, §4.1). The result does not depend on the cores.
 
-use glam::{Vec3, Vec4};
+use glam::{DVec4, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::lanes::{Row, WIDTH};
-use super::tree::{FEW, ITEM_KIND, ITEM_NODE, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Node, Tree};
-use crate::generated::{NONE, PRIMITIVE_KIND, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape};
+use super::tree::{
+    FEW, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Node, Tree,
+};
+use crate::generated::{
+    NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_TUBE, PRIMITIVE_KIND,
+    PRIMITIVE_OTHER, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape,
+};
 
 /// The box of a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +26,27 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box of one of PRIMITIVE_OTHER, not widened; `rows` are those of the map from its own space to the world.
+    pub fn of_other(primitive: &Primitive, rows: [DVec4; 3]) -> Self {
+        let size = f64::from(primitive.x.x);
+        // How far the shape reaches along each axis of the world: its support function of the rows.
+        let ends = rows.map(|row| {
+            let (whole, across, up) = (row.truncate().length(), row.x.hypot(row.z), row.y);
+            let (low, high) = match primitive.index.z {
+                OTHER_DISK => (-across, across),
+                OTHER_CYLINDER | OTHER_TUBE => (-across - up.abs(), across + up.abs()),
+                OTHER_CONE | OTHER_FUNNEL => (f64::min(0.0, -up - across), f64::max(0.0, across - up)),
+                OTHER_CAPSULE => (-whole - size * up.abs(), whole + size * up.abs()),
+                _ => (-across - size * whole, across + size * whole),
+            };
+            (row.w + low, row.w + high)
+        });
+        Bounds {
+            low: Vec3::from_array(ends.map(|(low, _)| low as f32)),
+            high: Vec3::from_array(ends.map(|(_, high)| high as f32)),
+        }
+    }
+
     /// Widened by what rounding in a ray's test of a box may cost where the largest coordinate is `reach`, so that no ray
     /// slips between two of them.
     #[must_use]
@@ -202,12 +228,17 @@ fn item_kind(primitive: &Primitive) -> u32 {
     match primitive.shade.w & PRIMITIVE_KIND {
         PRIMITIVE_SPHERE => ITEM_SPHERES,
         PRIMITIVE_PARALLELOGRAM => ITEM_PARALLELOGRAMS,
+        PRIMITIVE_OTHER => ITEM_OTHERS,
         _ => ITEM_TRIANGLES,
     }
 }
 
 fn rows_of(item: u32) -> usize {
-    if item & ITEM_KIND == ITEM_TRIANGLES { 10 } else { 13 }
+    match item & ITEM_KIND {
+        ITEM_TRIANGLES => 10,
+        ITEM_OTHERS => 1,
+        _ => 13,
+    }
 }
 
 // The rows of a leaf whose primitives are `primitives`, the first of which has that index.

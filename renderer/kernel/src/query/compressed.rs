@@ -7,7 +7,7 @@ use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 
 use super::build::Bounds;
-use crate::generated::{BVH_STACK, PRIMITIVE_KIND, PRIMITIVE_SPHERE, Primitive, Shape};
+use crate::generated::{BVH_STACK, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_SPHERE, Primitive, Shape};
 use crate::packed::{Packed, TooDeep};
 
 /// A compressed tree with its primitives.
@@ -86,6 +86,11 @@ fn bounds_of(primitive: &Primitive, shapes: &[Shape], reach: f32) -> Bounds {
         let (centre, half) =
             (Vec3::from_array(rows.map(|r| r.w)), Vec3::from_array(rows.map(|r| r.truncate().length())));
         return Bounds { low: centre - half, high: centre + half }.padded(reach);
+    }
+    if primitive.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER {
+        let shape = shapes.get((primitive.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default();
+        let rows = [shape.world_from_object_x, shape.world_from_object_y, shape.world_from_object_z];
+        return Bounds::of_other(primitive, rows.map(|row| row.as_dvec4())).padded(reach);
     }
     let rows = [primitive.x, primitive.y, primitive.z];
     let (low, high) = (rows.map(|row| row.min_element()), rows.map(|row| row.max_element()));

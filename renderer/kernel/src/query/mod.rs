@@ -44,18 +44,18 @@ macro_rules! compiled {
             use super::*;
 
             #[target_feature(enable = $features)]
-            pub fn one<const ANY: bool>(tree: &Tree, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
-                walk::one::<lanes::$eight, ANY>(tree, o, d, t_max, start)
+            pub fn one<const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
+                walk::one::<lanes::$eight, ANY>(kernel, o, d, t_max, start)
             }
 
             #[target_feature(enable = $features)]
-            pub fn many<const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
-                walk::many::<lanes::$eight, ANY>(tree, rays, active, hits)
+            pub fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+                walk::many::<lanes::$eight, ANY>(kernel, rays, active, hits)
             }
 
             #[target_feature(enable = $features)]
-            pub fn sweep<const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
-                sweep::many::<lanes::$widest, ANY>(tree, rays, active, hits)
+            pub fn sweep<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+                sweep::many::<lanes::$widest, ANY>(kernel, rays, active, hits)
             }
         }
     };
@@ -69,15 +69,14 @@ compiled!(avx512, Avx512, Avx512x16, "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,av
 #[inline]
 #[allow(unsafe_code)]
 fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
-    let Native { tree, isa } = *kernel.native;
     let (o, d) = (o.to_array(), d.to_array());
-    match isa {
-        Isa::Portable => walk::one::<lanes::Portable, ANY>(tree, o, d, t_max, start),
+    match kernel.native.isa {
+        Isa::Portable => walk::one::<lanes::Portable, ANY>(kernel, o, d, t_max, start),
         // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => unsafe { avx2::one::<ANY>(tree, o, d, t_max, start) },
+        Isa::Avx2 => unsafe { avx2::one::<ANY>(kernel, o, d, t_max, start) },
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => unsafe { avx512::one::<ANY>(tree, o, d, t_max, start) },
+        Isa::Avx512 => unsafe { avx512::one::<ANY>(kernel, o, d, t_max, start) },
     }
 }
 
@@ -86,17 +85,17 @@ fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start
 fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
     let Native { tree, isa } = *kernel.native;
     match (isa, tree.has_few()) {
-        (Isa::Portable, false) => walk::many::<lanes::Portable, ANY>(tree, rays, active, hits),
-        (Isa::Portable, true) => sweep::many::<lanes::Portable, ANY>(tree, rays, active, hits),
+        (Isa::Portable, false) => walk::many::<lanes::Portable, ANY>(kernel, rays, active, hits),
+        (Isa::Portable, true) => sweep::many::<lanes::Portable, ANY>(kernel, rays, active, hits),
         // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx2, false) => unsafe { avx2::many::<ANY>(tree, rays, active, hits) },
+        (Isa::Avx2, false) => unsafe { avx2::many::<ANY>(kernel, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx2, true) => unsafe { avx2::sweep::<ANY>(tree, rays, active, hits) },
+        (Isa::Avx2, true) => unsafe { avx2::sweep::<ANY>(kernel, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx512, false) => unsafe { avx512::many::<ANY>(tree, rays, active, hits) },
+        (Isa::Avx512, false) => unsafe { avx512::many::<ANY>(kernel, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx512, true) => unsafe { avx512::sweep::<ANY>(tree, rays, active, hits) },
+        (Isa::Avx512, true) => unsafe { avx512::sweep::<ANY>(kernel, rays, active, hits) },
     }
 }
 

@@ -1,7 +1,8 @@
 //! Rays against primitives in lanes: the twins of `hit_flat` and `hit_sphere` in `shaders/intersect.wgsl`, operation by
 //! operation. A lane is a primitive beside others before one ray, or a ray beside others before one primitive.
 
-use super::lanes::Lanes;
+use super::lanes::{BATCH, Lanes};
+use crate::generated::{Hit, NONE};
 
 /// A ray, or one a lane.
 #[derive(Clone, Copy)]
@@ -93,4 +94,18 @@ pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t
     let mask = L::and(zero.lt(t), t.le(t_max));
     let mask = L::and_not(L::or(discriminant.lt(zero), L::and(starts_on, b.le(zero))), mask);
     LaneHits { mask, t, u: zero, v: zero }
+}
+
+/// Hits of what lanes do not do together, in 0 < t <= t_max: `hit` gives that of one lane, FAR where there is none.
+#[inline(always)]
+pub fn others<L: Lanes>(lanes: u32, t_max: L, mut hit: impl FnMut(usize) -> Hit) -> LaneHits<L> {
+    let (mut t, mut u, mut v) = ([-1.0; BATCH], [0.0; BATCH], [0.0; BATCH]);
+    for i in (0..L::COUNT).filter(|i| lanes >> i & 1 == 1) {
+        let hit = hit(i);
+        if hit.id != NONE {
+            (t[i], u[i], v[i]) = (hit.t, hit.uv.x, hit.uv.y);
+        }
+    }
+    let (t, u, v) = (L::load(&t), L::load(&u), L::load(&v));
+    LaneHits { mask: L::and(L::splat(0.0).lt(t), t.le(t_max)), t, u, v }
 }

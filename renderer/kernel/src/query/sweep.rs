@@ -3,18 +3,20 @@
 
 use super::lanes::{BATCH, Lanes, Row};
 use super::ray::{Hits, Prepared, Rays, load};
-use super::shapes::{LaneHits, Probe, flats, spheres};
-use super::tree::{ITEM_KIND, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Tree};
+use super::shapes::{LaneHits, Probe, flats, others, spheres};
+use super::tree::{ITEM_KIND, ITEM_OTHERS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Tree};
+use crate::generated::Kernel;
 
 /// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something.
 #[inline(always)]
-pub fn many<L: Lanes, const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+pub fn many<L: Lanes, const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+    let tree = kernel.native.tree;
     let prepared = Prepared::<BATCH>::new::<L>(&rays.o, &rays.d, tree.reach);
     let mut found = 0;
     for at in (0..BATCH).step_by(L::COUNT) {
         let here = active >> at & ((1_u64 << L::COUNT) - 1) as u32;
         if here != 0 {
-            found |= sweep::<L, ANY>(tree, rays, &prepared, at, here, hits) << at;
+            found |= sweep::<L, ANY>(kernel, rays, &prepared, at, here, hits) << at;
         }
     }
     found & active
@@ -22,13 +24,14 @@ pub fn many<L: Lanes, const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hi
 
 #[inline(always)]
 fn sweep<L: Lanes, const ANY: bool>(
-    tree: &Tree,
+    kernel: &Kernel<'_>,
     rays: &Rays,
     prepared: &Prepared<BATCH>,
     at: usize,
     active: u32,
     hits: &mut Hits,
 ) -> u32 {
+    let tree = kernel.native.tree;
     let ray = Probe {
         o: load::<L, BATCH>(&prepared.o, at),
         x: load(&prepared.x, at),
@@ -48,7 +51,12 @@ fn sweep<L: Lanes, const ANY: bool>(
             continue;
         }
         for lane in 0..leaf.count {
-            let Some((new, own)) = primitive::<L>(tree, leaf, lane, ray, start, t) else { continue };
+            let met = if leaf.item & ITEM_KIND == ITEM_OTHERS {
+                other::<L>(kernel, leaf, lane, rays, at, open, t)
+            } else {
+                primitive::<L>(tree, leaf, lane, ray, start, t)
+            };
+            let Some((new, own)) = met else { continue };
             // Of two hits at one distance the lower index wins; nothing is below the first, whose index is 0 still.
             let mask = L::and(new.mask, L::or(new.t.lt(t), own.bits_lt(id)));
             let bits = L::bits(mask);
@@ -91,6 +99,26 @@ fn meets<L: Lanes>(leaf: &Leaf, rays: &Prepared<BATCH>, at: usize, cull: L) -> L
         far = leave.mul_add(inverse, L::load(&rays.far[axis][at..])).min(far);
     }
     near.le(far)
+}
+
+// One primitive that lanes do not do together, before the rays in the mask `active`, and its index.
+#[inline(always)]
+fn other<L: Lanes>(
+    kernel: &Kernel<'_>,
+    leaf: &Leaf,
+    lane: usize,
+    rays: &Rays,
+    at: usize,
+    active: u32,
+    t_max: L,
+) -> Option<(LaneHits<L>, L)> {
+    let own = kernel.native.tree.rows.get((leaf.item & !ITEM_KIND) as usize)?.0[lane & 7];
+    let id = own.to_bits();
+    let hit = |i: usize| {
+        let (o, d) = (rays.o.map(|o| o[at + i]).into(), rays.d.map(|d| d[at + i]).into());
+        kernel.hit_other(id, o, d, rays.start[at + i] == id)
+    };
+    Some((others(active, t_max, hit), L::splat(own)))
 }
 
 // One primitive of a leaf before all rays, and its index.

@@ -4,15 +4,17 @@
 use super::lanes::{Row, WIDTH};
 
 /// What an item of a node is: its high bits. The others are the index of a node, or of a leaf's first row.
-pub const ITEM_KIND: u32 = 0xc000_0000;
+pub const ITEM_KIND: u32 = 0xe000_0000;
 /// A node.
 pub const ITEM_NODE: u32 = 0;
 /// Up to eight triangles: x, y, z of three corners, then their indices.
-pub const ITEM_TRIANGLES: u32 = 0x4000_0000;
+pub const ITEM_TRIANGLES: u32 = 0x2000_0000;
 /// Up to eight parallelograms: x, y, z of four corners, then their indices.
-pub const ITEM_PARALLELOGRAMS: u32 = 0x8000_0000;
+pub const ITEM_PARALLELOGRAMS: u32 = 0x4000_0000;
 /// Up to eight spheres: the three rows of the map to the unit sphere, then their indices.
-pub const ITEM_SPHERES: u32 = 0xc000_0000;
+pub const ITEM_SPHERES: u32 = 0x6000_0000;
+/// Up to eight of PRIMITIVE_OTHER: their indices.
+pub const ITEM_OTHERS: u32 = 0x8000_0000;
 
 /// A leaf that is not there: rays without a direction visit even empty slots.
 pub const NO_ITEM: u32 = ITEM_TRIANGLES | !ITEM_KIND;

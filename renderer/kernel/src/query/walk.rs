@@ -2,9 +2,9 @@
 
 use super::lanes::{BATCH, Eight, Row, Stack, WIDTH};
 use super::ray::{Hits, Prepared, Rays, splat};
-use super::shapes::{LaneHits, Probe, flats, spheres};
-use super::tree::{ITEM_KIND, ITEM_NODE, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Node, Tree};
-use crate::generated::{FAR, Hit, NONE};
+use super::shapes::{LaneHits, Probe, flats, others, spheres};
+use super::tree::{ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Node};
+use crate::generated::{FAR, Hit, Kernel, NONE};
 
 /// Orders of visit by the signs of a ray's direction and the mask of the slots that it meets, the slots as bytes: the
 /// nearest in the last byte, the others in the first ones, farthest first.
@@ -60,11 +60,12 @@ impl Walk {
     #[inline(always)]
     fn step<L: Eight, const ANY: bool, const N: usize>(
         &mut self,
-        tree: &Tree,
+        kernel: &Kernel<'_>,
         rays: &Prepared<N>,
         i: usize,
         stack: &mut Stack,
     ) -> bool {
+        let tree = kernel.native.tree;
         if self.item & ITEM_KIND == ITEM_NODE {
             let Some(node) = tree.nodes.get(self.item as usize) else { return false };
             let (near, mask) = meets::<L, N>(node, rays, i, L::splat(self.cull));
@@ -75,7 +76,7 @@ impl Walk {
                 self.item = node.items[(order >> 56) as usize % WIDTH];
                 return true;
             }
-        } else if let Some((hits, ids)) = leaf::<L, N>(tree, self.item, rays, i, L::splat(self.best.t), self.start) {
+        } else if let Some((hits, ids)) = leaf::<L, N>(kernel, self.item, rays, i, L::splat(self.best.t), self.start) {
             if ANY {
                 if L::bits(L::and(hits.mask, hits.t.lt(L::splat(self.best.t)))) != 0 {
                     self.found = true;
@@ -142,7 +143,7 @@ fn meets<L: Eight, const N: usize>(node: &Node, rays: &Prepared<N>, i: usize, cu
 /// The leaf's primitives against ray `i`, up to and with `t_max`, and their indices.
 #[inline(always)]
 fn leaf<'a, L: Eight, const N: usize>(
-    tree: &'a Tree,
+    kernel: &Kernel<'a>,
     item: u32,
     rays: &Prepared<N>,
     i: usize,
@@ -150,7 +151,17 @@ fn leaf<'a, L: Eight, const N: usize>(
     start: u32,
 ) -> Option<(LaneHits<L>, &'a Row)> {
     let ray = Probe { o: splat(&rays.o, i), x: splat(&rays.x, i), y: splat(&rays.y, i), d: splat(&rays.d, i) };
-    let rows = tree.rows.get((item & !ITEM_KIND) as usize..)?;
+    let rows = kernel.native.tree.rows.get((item & !ITEM_KIND) as usize..)?;
+    if item & ITEM_KIND == ITEM_OTHERS {
+        let ids = rows.first()?;
+        let (o, d) = (rays.o.map(|o| o[i]).into(), rays.d.map(|d| d[i]).into());
+        let there = (0..WIDTH).filter(|&lane| ids.0[lane].to_bits() != NONE).fold(0, |mask, lane| mask | 1 << lane);
+        let hit = |lane: usize| {
+            let id = ids.0[lane].to_bits();
+            kernel.hit_other(id, o, d, id == start)
+        };
+        return Some((others(there, t_max, hit), ids));
+    }
     let start = L::splat(f32::from_bits(start));
     let (hits, ids) = match item & ITEM_KIND {
         ITEM_TRIANGLES => {
@@ -192,27 +203,29 @@ fn corners<L: Eight, const C: usize>(rows: &[[Row; 3]; C]) -> [[L; 3]; C] {
 
 /// One ray: the nearest hit, or any.
 #[inline(always)]
-pub fn one<L: Eight, const ANY: bool>(tree: &Tree, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
+pub fn one<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
+    let tree = kernel.native.tree;
     let Some(root) = tree.root else { return NOTHING };
     let all = |x: f32| [x; WIDTH];
     let rays =
         Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
     let mut walk = Walk::new(root, t_max, start, rays.slack[0]);
     let mut stack = Stack::new();
-    while walk.step::<L, ANY, WIDTH>(tree, &rays, 0, &mut stack) {}
+    while walk.step::<L, ANY, WIDTH>(kernel, &rays, 0, &mut stack) {}
     walk.hit()
 }
 
 /// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something.
 #[inline(always)]
-pub fn many<L: Eight, const ANY: bool>(tree: &Tree, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+pub fn many<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+    let tree = kernel.native.tree;
     let Some(root) = tree.root else { return 0 };
     let prepared = Prepared::<BATCH>::new::<L>(&rays.o, &rays.d, tree.reach);
     let mut found = 0;
     for i in (0..BATCH).filter(|i| active >> i & 1 == 1) {
         let mut walk = Walk::new(root, rays.t_max[i], rays.start[i], prepared.slack[i]);
         let mut stack = Stack::new();
-        while walk.step::<L, ANY, BATCH>(tree, &prepared, i, &mut stack) {}
+        while walk.step::<L, ANY, BATCH>(kernel, &prepared, i, &mut stack) {}
         if walk.found {
             found |= 1 << i;
             if !ANY {

@@ -1,0 +1,423 @@
+//! Models in the scene: their nodes under the node that stands for them, and what refers into them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use kinora_scene::{Aim, Camera, Node, Scene, Shape};
+
+use super::gltf::{self, Faults, Model, Projection};
+use crate::diagnostic::Diagnostic;
+use crate::eval::limits;
+use crate::files::{Files, resolve};
+use crate::lower::{InnerRequest, InnerUse, Lowered, ModelRequest, shining};
+use crate::source::{Source, Span};
+use crate::suggest::{all_of, suggest};
+
+/// A model that is in the scene.
+struct Placed {
+    model: Arc<Model>,
+    /// Index of the model's first part in the scene's nodes.
+    first: usize,
+    /// Its cameras: name, and index in the scene's.
+    cameras: Vec<(String, usize)>,
+}
+
+/// Puts the models into the scene.
+pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+    if lowered.models.is_empty() {
+        return;
+    }
+    type Known = Option<(Arc<Model>, usize)>;
+    let mut known: HashMap<Arc<str>, Known> = HashMap::new();
+    let mut placed: HashMap<usize, Placed> = HashMap::new();
+    let mut whole = true;
+    for request in &lowered.models {
+        let loaded = match known.get(&request.file) {
+            Some(loaded) => loaded.clone(),
+            None => {
+                let loaded = load(request, files, source, diagnostics).map(|model| {
+                    let first = add_materials(&mut lowered.scene, &model);
+                    (model, first)
+                });
+                known.insert(request.file.clone(), loaded.clone());
+                loaded
+            }
+        };
+        let Some((model, materials)) = loaded else {
+            whole = false;
+            continue;
+        };
+        if lowered.scene.nodes.len() + model.nodes.len() > limits::NODES {
+            let message = format!("more than {} nodes with `{}`", limits::NODES, request.file);
+            diagnostics.push(Diagnostic::new("E1004", message).primary(source.id, request.span, "too many"));
+            whole = false;
+            continue;
+        }
+        let in_scene = add(&mut lowered.scene, request, model, materials);
+        replace_materials(&mut lowered.scene, request, &in_scene, source, diagnostics);
+        placed.insert(request.node, in_scene);
+    }
+    for inner in &lowered.inner {
+        if let Some(model) = placed.get(&inner.model) {
+            follow(&mut lowered.scene, inner, model, source, diagnostics);
+        }
+    }
+    if whole && !lowered.unknown {
+        which_camera(lowered, &placed, source, diagnostics);
+        without_light(&lowered.scene, diagnostics);
+    }
+    put_in_order(&mut lowered.scene, source, diagnostics);
+}
+
+/// Reads a model and says what is wrong with it.
+fn load(
+    request: &ModelRequest,
+    files: &dyn Files,
+    source: &Source,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Arc<Model>> {
+    let (file, span, written) = (source.id, request.span, &request.file);
+    let ending = written.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
+    if !["gltf", "glb"].contains(&ending.as_str()) {
+        let diagnostic = Diagnostic::new("E0801", format!("`{written}` is not a glTF file by its name")).primary(
+            file,
+            span,
+            "`.gltf` or `.glb` is expected",
+        );
+        diagnostics.push(match ending.as_str() {
+            "obj" | "ply" | "stl" => diagnostic.help("write `mesh { file: .. }`"),
+            _ => diagnostic.help("export it as glTF"),
+        });
+        return None;
+    }
+    let bytes = resolve(&source.name, written).and_then(|path| Ok((files.read(&path)?, path)));
+    let (bytes, path) = match bytes {
+        Ok(found) => found,
+        Err(error) => {
+            diagnostics.push(error.diagnostic(file, span));
+            return None;
+        }
+    };
+    match gltf::read(&path, &bytes, files) {
+        Ok(model) => {
+            for (what, then, count) in model.warnings.iter() {
+                let times = if *count > 1 { format!(" ({count} times)") } else { String::new() };
+                let message = format!("`{written}` has {what}{times}: {then}");
+                diagnostics.push(Diagnostic::new("W0810", message).primary(file, span, "not all of it is shown"));
+            }
+            Some(Arc::new(model))
+        }
+        Err(faults) => {
+            diagnostics.push(diagnostic(&faults, written, source, span));
+            None
+        }
+    }
+}
+
+/// What is wrong with a model, in one message.
+fn diagnostic(faults: &Faults, written: &str, source: &Source, span: Span) -> Diagnostic {
+    let Some((first, rest)) = faults.first().split_first() else {
+        return Diagnostic::new("E0801", format!("`{written}` is not a valid glTF file"));
+    };
+    let at = if first.at.is_empty() { String::new() } else { format!("{}: ", first.at) };
+    let message = match first.code {
+        "E0801" => format!("`{written}` is not a valid glTF file: {at}{}", first.message),
+        "E0802" => format!("`{written}` {}", first.message),
+        _ => format!("`{written}`: {at}{}", first.message),
+    };
+    let label = if first.at.is_empty() { "cannot be used".to_string() } else { format!("wrong at {}", first.at) };
+    let mut diagnostic = Diagnostic::new(first.code, message).primary(source.id, span, label);
+    for fault in rest {
+        diagnostic = diagnostic.note(format!("{}: {}", fault.at, fault.message));
+    }
+    let more = faults.count() - faults.first().len();
+    if more > 0 {
+        diagnostic = diagnostic.note(format!("and {more} more"));
+    }
+    diagnostic.help(first.help)
+}
+
+/// Appends a model's materials; gives the index of the first.
+fn add_materials(scene: &mut Scene, model: &Model) -> usize {
+    let first = scene.materials.len();
+    for material in &model.materials {
+        let mut material = material.clone();
+        match &mut material.bsdf {
+            kinora_scene::Bsdf::Glossy { base, .. } => *base += first,
+            kinora_scene::Bsdf::Mix { a, b, .. } => {
+                *a += first;
+                *b += first;
+            }
+            _ => {}
+        }
+        scene.materials.push(material);
+    }
+    first
+}
+
+/// Appends a model's nodes and cameras.
+fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: usize) -> Placed {
+    let first = scene.nodes.len();
+    let mut cameras = Vec::new();
+    for (i, part) in model.nodes.iter().enumerate() {
+        if let Some(lens) = &part.camera {
+            cameras.push((lens.name.clone(), scene.cameras.len()));
+            scene.cameras.push(camera(&format!("{}.{}", request.name, lens.name), first + i, lens.projection));
+        }
+        scene.nodes.push(Node {
+            name: part.name.clone(),
+            parent: Some(part.parent.map_or(request.node, |parent| first + parent)),
+            placing: part.placing.clone(),
+            shape: part.shape.as_ref().map(|(mesh, _)| Shape::Mesh(mesh.clone())),
+            material: part.shape.as_ref().map_or(0, |(_, material)| materials + material),
+            visible: true.into(),
+        });
+    }
+    Placed { model, first, cameras }
+}
+
+fn camera(name: &str, parent: usize, projection: Projection) -> Camera<kinora_scene::Animated> {
+    let fov = match projection {
+        Projection::Perspective(fov) => fov,
+        Projection::Orthographic(_) => 0.7,
+    };
+    Camera {
+        name: name.to_string(),
+        parent: Some(parent),
+        position: DVec3::ZERO.into(),
+        aim: Aim::Rotation(DQuat::IDENTITY.into()),
+        fov: fov.into(),
+        aperture_m: 0.0.into(),
+        focus_m: None,
+    }
+}
+
+/// The part of a path: the one of that whole path, or the only one whose path ends so.
+fn find(model: &Model, path: &str) -> Result<usize, Vec<String>> {
+    let path = path.trim_matches('/');
+    let paths = || model.nodes.iter().enumerate().filter_map(|(i, part)| Some((i, part.path.as_deref()?)));
+    if let Some((i, _)) = paths().find(|(_, known)| *known == path) {
+        return Ok(i);
+    }
+    let ends = |known: &str| known.strip_suffix(path).is_some_and(|rest| rest.ends_with('/'));
+    let found: Vec<(usize, &str)> = paths().filter(|(_, known)| ends(known)).collect();
+    match found.as_slice() {
+        [(i, _)] => Ok(*i),
+        several => Err(several.iter().map(|(_, path)| path.to_string()).collect()),
+    }
+}
+
+/// E0804: there is no such node, or more than one.
+fn no_node(model: &Model, path: &str, found: &[String], source: &Source, span: Span) -> Diagnostic {
+    if !found.is_empty() {
+        let list = all_of(found.iter().take(6).map(String::as_str));
+        return Diagnostic::new("E0804", format!("`{path}` is {} nodes of the model", found.len()))
+            .primary(source.id, span, "which one?")
+            .help(format!("write more of the path: {list}"));
+    }
+    let paths: Vec<&str> = model.nodes.iter().filter_map(|part| part.path.as_deref()).collect();
+    let names: Vec<&str> = paths.iter().map(|path| path.rsplit('/').next().unwrap_or(path)).collect();
+    let diagnostic =
+        Diagnostic::new("E0804", format!("no node `{path}` in the model")).primary(source.id, span, "no such node");
+    let near = suggest(path, paths.iter().copied());
+    let near_name = suggest(path.rsplit('/').next().unwrap_or(path), names.iter().copied());
+    match (near.first(), near_name.first()) {
+        (Some(near), _) | (None, Some(near)) => diagnostic.help(format!("did you mean `{near}`?")),
+        (None, None) if paths.is_empty() => diagnostic.note("the model has no nodes"),
+        (None, None) => {
+            let list = all_of(paths.iter().take(8).copied());
+            diagnostic.help(format!("it has {list}{}", if paths.len() > 8 { " and more" } else { "" }))
+        }
+    }
+}
+
+/// `material` of the model, and its overrides: what is nearer to a shape counts.
+fn replace_materials(
+    scene: &mut Scene,
+    request: &ModelRequest,
+    placed: &Placed,
+    source: &Source,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let parts = &placed.model.nodes;
+    let mut own: Vec<Option<usize>> = vec![None; parts.len()];
+    for (path, span, material) in &request.overrides {
+        match find(&placed.model, path) {
+            Ok(part) => own[part] = Some(*material),
+            Err(found) => diagnostics.push(no_node(&placed.model, path, &found, source, *span)),
+        }
+    }
+    let mut given: Vec<Option<usize>> = Vec::with_capacity(parts.len());
+    for (i, part) in parts.iter().enumerate() {
+        let outer = part.parent.map_or(request.material, |parent| given[parent]);
+        let material = own[i].or(outer);
+        given.push(material);
+        if let (Some(material), Some(_), Some(node)) = (material, &part.shape, scene.nodes.get_mut(placed.first + i)) {
+            node.material = material;
+        }
+    }
+}
+
+/// Follows a reference into a model.
+fn follow(
+    scene: &mut Scene,
+    inner: &InnerRequest,
+    placed: &Placed,
+    source: &Source,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    if inner.by == InnerUse::Picture {
+        let camera = placed.cameras.iter().find(|(name, _)| **name == *inner.path);
+        let in_node = || {
+            let node = placed.first + find(&placed.model, &inner.path).ok()?;
+            placed
+                .cameras
+                .iter()
+                .find(|(_, at)| scene.cameras.get(*at).is_some_and(|camera| camera.parent == Some(node)))
+        };
+        match camera.or_else(in_node) {
+            Some((_, at)) => scene.camera = Some(*at),
+            None => {
+                let names = || placed.cameras.iter().map(|(name, _)| name.as_str());
+                let diagnostic = Diagnostic::new("E0804", format!("no camera `{}` in the model", inner.path)).primary(
+                    source.id,
+                    inner.span,
+                    "no such camera",
+                );
+                diagnostics.push(match suggest(&inner.path, names()).first() {
+                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                    None if placed.cameras.is_empty() => diagnostic.note("the model has no camera"),
+                    None => diagnostic.help(format!("it has {}", all_of(names()))),
+                });
+            }
+        }
+        return;
+    }
+    let node = match find(&placed.model, &inner.path) {
+        Ok(part) => placed.first + part,
+        Err(found) => {
+            diagnostics.push(no_node(&placed.model, &inner.path, &found, source, inner.span));
+            return;
+        }
+    };
+    match inner.by {
+        InnerUse::Parent(at) => {
+            if let Some(slot) = scene.nodes.get_mut(at) {
+                slot.parent = Some(node);
+            }
+        }
+        InnerUse::CameraParent(at) => {
+            if let Some(slot) = scene.cameras.get_mut(at) {
+                slot.parent = Some(node);
+            }
+        }
+        InnerUse::CameraTarget(at) => {
+            if let Some(Aim::Node { target, .. }) = scene.cameras.get_mut(at).map(|camera| &mut camera.aim) {
+                *target = node;
+            }
+        }
+        InnerUse::Picture => {}
+    }
+}
+
+/// E0501, E0502 and E0203: which camera takes the picture, where the scene itself does not say.
+fn which_camera(
+    lowered: &mut Lowered,
+    placed: &HashMap<usize, Placed>,
+    source: &Source,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let scene = &mut lowered.scene;
+    if let Some(wanted) = &lowered.wanted {
+        scene.camera = scene.cameras.iter().position(|camera| camera.name == *wanted);
+        if scene.camera.is_none() {
+            let diagnostic = Diagnostic::new("E0203", format!("no camera named `{wanted}` here"));
+            let names = || scene.cameras.iter().map(|camera| camera.name.as_str());
+            diagnostics.push(match suggest(wanted, names()).first() {
+                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                None if scene.cameras.is_empty() => diagnostic.note("the scene has no camera"),
+                None => diagnostic.help(format!("the scene has {}", all_of(names().take(8)))),
+            });
+        }
+        return;
+    }
+    let asked = lowered.inner.iter().any(|inner| inner.by == InnerUse::Picture);
+    let own = scene.cameras.len() - placed.values().map(|model| model.cameras.len()).sum::<usize>();
+    if scene.camera.is_some() || asked || own > 0 {
+        return;
+    }
+    let span = lowered.models.first().map_or(Span::at(0), |request| request.span);
+    match scene.cameras.as_slice() {
+        [] => {
+            let text = "camera main { position: (0, 1, 4), look_at: (0, 0, 0) }";
+            let diagnostic = Diagnostic::new("E0501", "the scene has no camera")
+                .primary(source.id, span, "nor has the model")
+                .help(format!("add `{text}`"));
+            diagnostics.push(diagnostic);
+        }
+        [_] => scene.camera = Some(0),
+        [first, ..] => {
+            let list = all_of(scene.cameras.iter().take(8).map(|camera| camera.name.as_str()));
+            let diagnostic = Diagnostic::new("E0502", format!("choose one of {} cameras", scene.cameras.len()))
+                .primary(source.id, span, "the model has several")
+                .note(format!("they are {list}"))
+                .help(format!("add `render {{ camera: {} }}` or `--camera \"{}\"`", first.name, first.name));
+            diagnostics.push(diagnostic);
+        }
+    }
+}
+
+/// W0402, which only the whole scene can tell. A model without a mesh has nothing to light.
+fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
+    let shining = shining(&scene.materials);
+    let mut shapes = scene.nodes.iter().filter(|node| node.shape.is_some()).peekable();
+    let dark = shapes.peek().is_some() && !shapes.any(|node| shining.get(node.material) == Some(&true));
+    if dark && scene.sky.is_none() {
+        let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
+            .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
+        diagnostics.push(diagnostic);
+    }
+}
+
+/// Parents before children again: what moves with a model's node stands before it.
+fn put_in_order(scene: &mut Scene, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+    if scene.nodes.iter().enumerate().all(|(at, node)| node.parent.is_none_or(|parent| parent < at)) {
+        return;
+    }
+    let count = scene.nodes.len();
+    let mut order = Vec::with_capacity(count);
+    let mut new = vec![usize::MAX; count];
+    for start in 0..count {
+        let mut path = Vec::new();
+        let mut at = Some(start);
+        while let Some(here) = at.filter(|here| new[*here] == usize::MAX) {
+            if path.len() > count {
+                let name = scene.nodes[start].name.clone();
+                let diagnostic = Diagnostic::new("E0505", format!("`{name}` is positioned relative to itself"))
+                    .primary(source.id, Span::at(0), "a model moves with what moves with its own node")
+                    .help("give one of them a fixed position");
+                diagnostics.push(diagnostic);
+                return;
+            }
+            path.push(here);
+            at = scene.nodes[here].parent;
+        }
+        for here in path.into_iter().rev() {
+            new[here] = order.len();
+            order.push(here);
+        }
+    }
+    let mut old: Vec<Option<Node>> = std::mem::take(&mut scene.nodes).into_iter().map(Some).collect();
+    scene.nodes = order.iter().filter_map(|at| old[*at].take()).collect();
+    let moved = |at: &mut usize| *at = new.get(*at).copied().unwrap_or(*at);
+    for node in &mut scene.nodes {
+        node.parent.iter_mut().for_each(moved);
+    }
+    for camera in &mut scene.cameras {
+        camera.parent.iter_mut().for_each(moved);
+        if let Aim::Node { target, .. } = &mut camera.aim {
+            moved(target);
+        }
+    }
+}
