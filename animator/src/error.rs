@@ -24,6 +24,7 @@ pub enum Place {
     Node(usize),
     Material(usize),
     Camera(usize),
+    Light(usize),
     Sky,
     Render,
 }
@@ -44,6 +45,8 @@ pub enum Fault {
     Singular,
     /// The camera is to look at the place where it is.
     AimedAtItself,
+    /// It has no length: it says no direction.
+    NoDirection,
     /// It has no length or lies along the camera's view.
     UpAlongView,
     /// It refers to a node, material or camera that is not there, or a parent to a later node.
@@ -70,6 +73,7 @@ impl fmt::Display for SampleError {
             Fault::OutOfRange { value, range } => write!(f, " is {value} and must be {range}")?,
             Fault::Singular => write!(f, " leaves no volume")?,
             Fault::AimedAtItself => write!(f, " is the camera's own position")?,
+            Fault::NoDirection => write!(f, " has no length")?,
             Fault::UpAlongView => write!(f, " has no length or lies along the view")?,
             Fault::Dangling => write!(f, " refers to what is not there")?,
             Fault::NoFocus | Fault::NoCamera => write!(f, " is needed by a lens that looks at no point")?,

@@ -24,6 +24,7 @@ mod aim;
 mod camera;
 mod ease;
 mod error;
+mod light;
 mod material;
 mod pose;
 mod read;

@@ -1,6 +1,6 @@
 //! Surfaces, shapes, the sky and the look at one instant.
 
-use kinora_scene::{Animated, Bsdf, Emission, Look, Material, Reflectance, Shape, Sky, Still};
+use kinora_scene::{Animated, Bsdf, Emission, Look, Material, Reflectance, Shape, Sky, SkyLight, Still};
 
 use crate::{
     error::{Fault, SampleError},
@@ -138,7 +138,17 @@ pub(crate) fn shape(read: Reader<'_>, shape: &Shape<Animated>) -> Result<Shape<S
 
 pub(crate) fn sky(read: Reader<'_>, sky: &Sky<Animated>) -> Result<Sky<Still>, SampleError> {
     Ok(Sky {
-        color: read.color("color", &sky.color, Range::FromZero)?,
+        light: match &sky.light {
+            SkyLight::Color(color) => SkyLight::Color(read.color("color", color, Range::FromZero)?),
+            SkyLight::Map { image, rotation } => {
+                SkyLight::Map { image: image.clone(), rotation: read.number("rotation", rotation, Range::Any)? }
+            }
+            SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity } => SkyLight::Nishita {
+                sun_elevation: read.number("sun_elevation", sun_elevation, Range::Any)?,
+                sun_azimuth: read.number("sun_azimuth", sun_azimuth, Range::Any)?,
+                turbidity: read.number("turbidity", turbidity, Range::FromZero)?,
+            },
+        },
         strength: read.number("strength", &sky.strength, Range::FromZero)?,
         visible: sky.visible,
     })

@@ -1,10 +1,11 @@
 //! The stage itself: a scene and a shutter give a world.
 
-use kinora_scene::{Bsdf, Instance, Node, Scene, Shutter, World};
+use kinora_scene::{Bsdf, Instance, Lamp, Node, Scene, Shutter, World};
 
 use crate::{
     camera::view,
     error::{Fault, Place, SampleError},
+    light::light,
     material::{look, material, shape, sky},
     pose::poses,
     read::Now,
@@ -14,7 +15,7 @@ use crate::{
 /// is invisible hides what moves with it, but not a camera.
 ///
 /// # Errors
-/// The first property, in the order look, camera, nodes, materials, sky, that has no usable value at that time; see
+/// The first property, in the order look, camera, lights, nodes, materials, sky, that has no usable value at that time; see
 /// [`Fault`]. Nodes that nobody sees or needs are not judged.
 pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
     let now = Now { time_s: shutter.open_s, fps: scene.clock.fps };
@@ -26,6 +27,12 @@ pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
 
     let look = look(now.reader(Place::Render, "render"), &scene.look)?;
     let view = view(now.reader(Place::Camera(camera_index), &camera.name), camera, &poses)?;
+
+    let mut lights = Vec::new();
+    for (index, scene_light) in scene.lights.iter().enumerate() {
+        let node = scene.nodes.len() + index;
+        lights.extend(light(now, index, scene_light, &poses)?.map(|light| Lamp { node, light }));
+    }
 
     let mut instances = Vec::new();
     for (index, (node, pose)) in scene.nodes.iter().zip(poses).enumerate() {
@@ -57,6 +64,7 @@ pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
         instances,
         materials: materials.collect::<Result<_, _>>()?,
         sky: scene.sky.as_ref().map(|scene_sky| sky(now.reader(Place::Sky, "sky"), scene_sky)).transpose()?,
+        lights,
     })
 }
 

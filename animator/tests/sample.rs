@@ -58,12 +58,12 @@ fn every_value_is_taken_when_the_shutter_opens() {
         Bsdf::Glossy { base: 1, ior: 1.3, roughness: time(), metalness: time() }.into(),
         Bsdf::Mix { a: 5, b: 2, amount: time() }.into(),
     ];
-    scene.sky = Some(Sky { color: Color::Y.into(), strength: time(), visible: false });
+    scene.sky = Some(Sky { light: SkyLight::Color(Color::Y.into()), strength: time(), visible: false });
     let world = world(&scene, 0.5);
     assert_eq!(world.shutter, Shutter { open_s: 0.5, close_s: 0.5 + 0.5 / 24.0 });
     assert_eq!(world.look, Look { exposure: 0.5, tonemap: Tonemap::None });
     assert_eq!(world.instances[0].shape, Shape::Sphere { radius_m: 0.5 });
-    assert_eq!(world.sky, Some(Sky { color: Color::Y, strength: 0.5, visible: false }));
+    assert_eq!(world.sky, Some(Sky { light: SkyLight::Color(Color::Y), strength: 0.5, visible: false }));
     assert_eq!(
         world.materials,
         [
@@ -385,7 +385,11 @@ fn faults_of_what_is_made_of_materials() {
 
 #[test]
 fn faults_of_sky_and_look() {
-    let sky = |color, strength: f64| Sky { color: Track::Const(color), strength: strength.into(), visible: true };
+    let sky = |color, strength: f64| Sky {
+        light: SkyLight::Color(Track::Const(color)),
+        strength: strength.into(),
+        visible: true,
+    };
     let check = |value, property, fault| check_edit(|scene| scene.sky = Some(value), Place::Sky, property, fault);
     check(sky(Color::ONE, -1.0), "strength", too(-1.0, "0 or more"));
     check(sky(Color::new(f32::INFINITY, 0.0, 0.0), 1.0), "color", Fault::NotFinite);

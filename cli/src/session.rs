@@ -9,7 +9,7 @@ use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list};
 use kinora_lang::files::{self, FileError, Files, Folder};
 use kinora_lang::source::{FileId, Source, Span, decode};
 use kinora_lang::syntax::ast::{Block, Item};
-use kinora_lang::{Evaluated, Overrides, Param, Tree};
+use kinora_lang::{Evaluated, Overrides, Param, Tree, library};
 use kinora_scene::{Scene, Shutter, World};
 
 use crate::{exit, report, terminal};
@@ -50,6 +50,7 @@ pub struct Loaded {
     pub dependencies: Vec<PathBuf>,
     tree: Tree,
     path: PathBuf,
+    root: PathBuf,
 }
 
 /// Reads, parses and evaluates the scene at `path`.
@@ -99,9 +100,9 @@ fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Pa
     let tree = kinora_lang::parse(&source);
     let Changes { params, sets, camera, .. } = changes.clone();
     let overrides = Overrides { params, sets, camera };
-    let evaluated = match error {
-        Some(error) => Err(vec![error]),
-        None => kinora_lang::eval(&tree, &folder, &overrides),
+    let (evaluated, sources) = match error {
+        Some(error) => (Err(vec![error]), vec![source.clone()]),
+        None => kinora_lang::eval_project(&tree, &folder, &overrides),
     };
     let (mut scene, diagnostics, params) = match evaluated {
         Ok(Evaluated { scene, warnings, params, .. }) => (Some(scene), warnings, params),
@@ -114,8 +115,8 @@ fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Pa
     let others = folder.dependencies().into_iter().filter(|found| *found.path != *source.name);
     let others = others.map(|found| root.join(&found.path));
     let dependencies = std::iter::once(root.join(&*source.name)).chain(others).collect();
-    let (scene, sources, path) = (scene.map(Arc::new), vec![source], path.to_path_buf());
-    Loaded { scene, params, diagnostics, sources, dependencies, tree, path }
+    let (scene, path) = (scene.map(Arc::new), path.to_path_buf());
+    Loaded { scene, params, diagnostics, sources, dependencies, tree, path, root: root.to_path_buf() }
 }
 
 impl Changes {
@@ -137,13 +138,42 @@ impl Loaded {
         kinora_animator::sample(scene, shutter).map_err(|error| Box::new(self.fault(&error)))
     }
 
-    /// The texts named as the user named the scene.
+    /// The texts named as the user named the scene, and what it imports in the same way: so that an editor finds them.
     pub fn sources_as_given(&self) -> Vec<Source> {
         let mut sources = self.sources.clone();
-        for source in &mut sources {
-            source.name = self.path.to_string_lossy().into();
+        let Some((own, imported)) = sources.split_first_mut() else { return sources };
+        let given = self.path.to_string_lossy().replace('\\', "/");
+        let before = given.strip_suffix(&*own.name).filter(|before| before.is_empty() || before.ends_with('/'));
+        for source in imported.iter_mut().filter(|source| !library::is_path(&source.name)) {
+            source.name = match before {
+                Some(before) => format!("{before}{}", source.name).into(),
+                None => self.seen_from_here(&source.name).into(),
+            };
         }
+        own.name = self.path.to_string_lossy().into();
         sources
+    }
+
+    /// Whether a camera is written in the scene's own text, in a group or not.
+    pub fn has_camera(&self) -> bool {
+        fn among(items: &[Item]) -> bool {
+            items.iter().any(|item| match item {
+                Item::Node(node) => {
+                    let kind = node.kind.segments.last().map_or("", |kind| &kind.text);
+                    kind == "camera" || node.body.as_ref().is_some_and(|body| among(&body.items))
+                }
+                _ => false,
+            })
+        }
+        among(&self.tree.file().items)
+    }
+
+    /// A path of the project, from the current folder where it lies below that.
+    fn seen_from_here(&self, name: &str) -> String {
+        let path = self.root.join(name);
+        let here = std::env::current_dir().and_then(|here| here.canonicalize());
+        let below = here.ok().and_then(|here| path.strip_prefix(here).ok().map(Path::to_path_buf));
+        below.unwrap_or(path).to_string_lossy().into_owned()
     }
 
     /// Findings as text for a terminal, in colour.
@@ -178,11 +208,15 @@ impl Loaded {
         let code = match (error.fault, error.property) {
             (Fault::NotFinite, _) => "E0403",
             (Fault::OutOfRange { .. }, "ior") => "E0406",
-            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color") => "E0407",
+            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color")
+                if !matches!(error.place, Place::Sky | Place::Light(_)) =>
+            {
+                "E0407"
+            }
             (Fault::OutOfRange { .. }, "fov") => "E0408",
             (Fault::OutOfRange { .. }, _) => "E0401",
             (Fault::Singular, _) => "E0404",
-            (Fault::AimedAtItself | Fault::UpAlongView, _) => "E0405",
+            (Fault::AimedAtItself | Fault::UpAlongView | Fault::NoDirection, _) => "E0405",
             (Fault::NoFocus, _) => "E0207",
             (Fault::NoCamera, _) => "E0501",
             (Fault::Dangling, _) => INTERNAL,
@@ -212,6 +246,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         PackError::Coordinates { .. } => "E0401",
         PackError::TooMany { .. }
         | PackError::TooDeep { .. }
+        | PackError::Words { .. }
         | PackError::Materials { .. }
         | PackError::Emitters { .. } => "E1004",
     };

@@ -4,9 +4,15 @@
 //! files with `/`, relative to themselves, or from the project's root with a leading `/`; [`resolve`] turns that into a
 //! path from the root, and [`Files`] reads such paths and remembers each one, found or not: that list is what a watcher
 //! watches.
+//!
+//! [`Folder`] opens the project's root once and everything else relative to that handle (cap-std), so that no path, link
+//! or renamed folder leads out of it, whatever happens to the disk meanwhile.
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Applicability, Diagnostic};
 use crate::source::{FileId, MAX_SOURCE_BYTES, Source, Span, decode};
+use crate::suggest::suggest;
+use cap_std::ambient_authority;
+use cap_std::fs::Dir;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -105,7 +111,8 @@ impl FileError {
                 .help("write it as the file is named"),
             FileError::Outside { .. } => found
                 .primary(file, span, "leaves the project")
-                .note("the project is the folder with kinora.toml, else the scene's folder"),
+                .note("the project is the folder with kinora.toml, else the scene's folder")
+                .help("where the scene's folder is a part of the project, put an empty kinora.toml into the whole"),
             FileError::Forbidden { path } if path.contains('\\') => {
                 found.primary(file, span, "not a path of the project").help("separate folders with `/`")
             }
@@ -159,6 +166,9 @@ pub trait Files {
     /// Every path asked for so far, sorted, each once.
     fn dependencies(&self) -> Vec<Dependency>;
 
+    /// The names in a folder of the project, sorted, for suggestions: none where there is no such folder.
+    fn names_in(&self, folder: &str) -> Vec<String>;
+
     /// Reads an asset.
     ///
     /// # Errors
@@ -166,6 +176,60 @@ pub trait Files {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
         self.read_at_most(path, MAX_ASSET_BYTES)
     }
+}
+
+/// A failed read as a diagnostic at the place that names the file, with the name that may have been meant. `literal` is
+/// the text at that place: where it is `written` between quotes, it can be put right.
+pub fn diagnose(
+    files: &dyn Files,
+    error: &FileError,
+    (file, span): (FileId, Span),
+    written: &str,
+    literal: &str,
+) -> Diagnostic {
+    let found = error.diagnostic(file, span);
+    let fixable = literal.strip_prefix('"').and_then(|text| text.strip_suffix('"')) == Some(written);
+    match error {
+        FileError::Case { path, named } => match (fixable, as_named(written, path, named)) {
+            (true, Some(put)) => {
+                let put = format!("\"{put}\"");
+                found.fix(Applicability::Safe, format!("write `{put}`"), file, span, put)
+            }
+            _ => found,
+        },
+        FileError::Missing { path } => {
+            let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+            let names = files.names_in(folder);
+            // A name that lacks nothing but its ending is nearer than any other.
+            let ending = |known: &&String| known.rsplit_once('.').is_some_and(|(stem, _)| stem == name);
+            let near = names.iter().find(ending).map(String::as_str);
+            let Some(near) = near.or_else(|| suggest(name, names.iter().map(String::as_str)).first().copied()) else {
+                return found;
+            };
+            let start = written.len() - written.rsplit('/').next().map_or(0, str::len);
+            let put = format!("{}{near}", &written[..start]);
+            match fixable {
+                true => {
+                    found.fix(Applicability::Maybe, format!("did you mean `{put}`?"), file, span, format!("\"{put}\""))
+                }
+                false => found.help(format!("did you mean `{put}`?")),
+            }
+        }
+        _ => found,
+    }
+}
+
+/// `written` with its last names as the disk has them.
+fn as_named(written: &str, path: &str, named: &str) -> Option<String> {
+    let mut parts: Vec<&str> = written.split('/').collect();
+    for (part, (path, named)) in parts.iter_mut().rev().zip(path.rsplit('/').zip(named.rsplit('/'))) {
+        if *part != path {
+            break;
+        }
+        *part = named;
+    }
+    let put = parts.join("/");
+    (put != written).then_some(put)
 }
 
 /// What comes of reading a scene file.
@@ -254,6 +318,7 @@ impl Asked {
 #[derive(Debug)]
 pub struct Folder {
     root: PathBuf,
+    dir: Dir,
     asked: Asked,
 }
 
@@ -281,7 +346,8 @@ impl Folder {
         let inside = parent.strip_prefix(root).unwrap_or(Path::new("")).join(real.unwrap_or(name));
         let parts: Option<Vec<&str>> = inside.iter().map(|part| part.to_str()).collect();
         let parts = parts.ok_or_else(|| bad("the path is not Unicode"))?;
-        Ok((Folder { root: root.to_path_buf(), asked: Asked::default() }, parts.join("/")))
+        let dir = Dir::open_ambient_dir(root, ambient_authority())?;
+        Ok((Folder { root: root.to_path_buf(), dir, asked: Asked::default() }, parts.join("/")))
     }
 
     /// The root, canonical.
@@ -289,63 +355,76 @@ impl Folder {
         &self.root
     }
 
+    fn entries(&self, folder: &str) -> Vec<String> {
+        const MOST_ENTRIES: usize = 10_000;
+        let folder = if folder.is_empty() { "." } else { folder };
+        let Ok(entries) = self.dir.read_dir(folder) else { return Vec::new() };
+        entries.take(MOST_ENTRIES).flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect()
+    }
+
     /// The path as the disk has it, where only upper and lower case differ.
     fn named(&self, path: &str) -> Option<String> {
-        const MOST_ENTRIES: usize = 10_000;
-        let (mut folder, mut named) = (self.root.clone(), Vec::new());
+        let mut named = String::new();
         for part in path.split('/') {
-            // A link may have led out of the project.
-            folder = folder.canonicalize().ok().filter(|folder| folder.starts_with(&self.root))?;
-            let entries = std::fs::read_dir(&folder).ok()?.take(MOST_ENTRIES).flatten();
-            let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-            let mut like: Vec<String> = names.filter(|name| same_but_for_case(name, part)).collect();
+            let mut like = self.entries(&named);
+            like.retain(|name| same_but_for_case(name, part));
             like.sort_by_key(|name| (name != part, name.clone()));
-            let name = like.into_iter().next()?;
-            folder.push(&name);
-            named.push(name);
+            if !named.is_empty() {
+                named.push('/');
+            }
+            named += &like.into_iter().next()?;
         }
-        Some(named.join("/"))
+        Some(named)
+    }
+
+    /// Where a path leads that the door does not let through: a link whose end lies in the project after all, though it
+    /// is written from the system's root, is followed to there.
+    fn followed(&self, path: &str) -> Option<PathBuf> {
+        let real = self.root.join(path).canonicalize().ok()?;
+        real.strip_prefix(&self.root).ok().map(Path::to_path_buf)
     }
 
     fn fetch(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
         let path = resolve("", path)?;
-        let failed = |error: std::io::Error| match error.kind() {
-            std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => {
-                FileError::Missing { path: path.clone() }
-            }
-            std::io::ErrorKind::PermissionDenied => {
-                FileError::Unreadable { path: path.clone(), reason: "permission denied".to_string() }
-            }
-            _ => FileError::Unreadable { path: path.clone(), reason: error.to_string() },
-        };
-        let real = match self.root.join(&path).canonicalize() {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => match self.named(&path) {
-                Some(named) => return Err(FileError::Case { path, named }),
-                None => return Err(failed(error)),
-            },
-            result => result.map_err(failed)?,
-        };
-        if !real.starts_with(&self.root) {
-            return Err(FileError::Link { path });
+        let unreadable = |reason: &str| FileError::Unreadable { path: path.clone(), reason: reason.to_string() };
+        if path.is_empty() {
+            return Err(unreadable("is a directory"));
         }
+        let failed = |error: std::io::Error| match error.kind() {
+            std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => match self.named(&path) {
+                Some(named) if named != path => FileError::Case { path: path.clone(), named },
+                _ => FileError::Missing { path: path.clone() },
+            },
+            std::io::ErrorKind::PermissionDenied => unreadable("permission denied"),
+            _ => {
+                let reason = error.to_string();
+                unreadable(reason.split(" (os error").next().unwrap_or(&reason))
+            }
+        };
+        // Asked before opening: opening a pipe would wait for its other end.
+        let mut inside = PathBuf::from(&path);
+        let kind = match self.dir.metadata(&inside) {
+            Err(error) if led_outside(&error) => {
+                inside = self.followed(&path).ok_or_else(|| FileError::Link { path: path.clone() })?;
+                self.dir.metadata(&inside).map_err(failed)?
+            }
+            kind => kind.map_err(failed)?,
+        };
         // What the disk finds although it is called otherwise.
-        if let Some(named) =
-            real.strip_prefix(&self.root).ok().and_then(Path::to_str).map(|name| name.replace('\\', "/"))
+        if let Some(named) = self.followed(&path)
+            && let Some(named) = named.to_str().map(|name| name.replace('\\', "/"))
             && named != path
             && same_but_for_case(&named, &path)
         {
             return Err(FileError::Case { path, named });
         }
-        let unreadable = |reason: &str| FileError::Unreadable { path: path.clone(), reason: reason.to_string() };
-        // Asked before opening: opening a pipe would wait for its other end.
-        let kind = std::fs::metadata(&real).map_err(failed)?;
         if kind.is_dir() {
             return Err(unreadable("is a directory"));
         }
         if !kind.is_file() {
             return Err(unreadable("is not a regular file"));
         }
-        let file = std::fs::File::open(&real).map_err(failed)?;
+        let file = self.dir.open(&inside).map_err(failed)?;
         let bytes = file.metadata().map_err(failed)?.len();
         let too_large = |bytes| FileError::TooLarge { path: path.clone(), bytes, limit };
         if bytes > limit {
@@ -360,6 +439,12 @@ impl Folder {
     }
 }
 
+/// Whether cap-std refused a path because of where it leads. It says so by an error that has no number of the system's,
+/// as opposed to a file whose permissions forbid to read it.
+fn led_outside(error: &std::io::Error) -> bool {
+    error.kind() == std::io::ErrorKind::PermissionDenied && error.raw_os_error().is_none()
+}
+
 impl Files for Folder {
     fn read_at_most(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
         self.asked.note(path, self.fetch(path, limit))
@@ -367,6 +452,12 @@ impl Files for Folder {
 
     fn dependencies(&self) -> Vec<Dependency> {
         self.asked.list()
+    }
+
+    fn names_in(&self, folder: &str) -> Vec<String> {
+        let mut names = self.entries(folder);
+        names.sort();
+        names
     }
 }
 
@@ -406,5 +497,10 @@ impl Files for Memory {
 
     fn dependencies(&self) -> Vec<Dependency> {
         self.asked.list()
+    }
+
+    fn names_in(&self, folder: &str) -> Vec<String> {
+        let parts = self.files.keys().map(|path| path.rsplit_once('/').unwrap_or(("", path)));
+        parts.filter(|(inside, _)| *inside == folder).map(|(_, name)| name.to_string()).collect()
     }
 }

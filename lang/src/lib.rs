@@ -6,12 +6,14 @@ pub mod diagnostic;
 pub mod dimension;
 pub mod eval;
 pub mod files;
+pub mod library;
 pub mod lower;
+pub mod modules;
 pub mod schema;
 pub mod source;
 pub mod suggest;
 pub mod syntax;
 pub mod value;
 
-pub use eval::{Evaluated, Overrides, Param, eval};
+pub use eval::{Evaluated, Overrides, Param, eval, eval_project};
 pub use syntax::{Tree, parse};

@@ -152,6 +152,96 @@ impl Source {
     }
 }
 
+/// The texts of a scene and of what it imports, laid end to end: a span of one of them is a span of the whole, so that
+/// places in different files can stand side by side. The scene's own spans are what they are in its text.
+#[derive(Debug, Clone)]
+pub struct Texts {
+    /// The number that places of the whole carry until [`Texts::settle`] says whose they are: the scene's own.
+    pub id: FileId,
+    /// Where each begins, in ascending order, the scene first.
+    parts: Vec<(u32, Source)>,
+}
+
+impl Texts {
+    /// One text.
+    pub fn new(source: &Source) -> Texts {
+        Texts { id: source.id, parts: vec![(0, source.clone())] }
+    }
+
+    /// Adds a text; where it begins, or `None` where all of them would be longer than `most` bytes.
+    pub fn add(&mut self, source: &Source, most: u32) -> Option<u32> {
+        // One place between two texts, so that the end of one is not the start of the next.
+        let base = self.parts.last().map_or(0, |(base, source)| base + source.len() + 1);
+        base.checked_add(source.len()).filter(|end| *end < most)?;
+        self.parts.push((base, source.clone()));
+        Some(base)
+    }
+
+    fn part(&self, offset: u32) -> (u32, &Source) {
+        let at = self.parts.partition_point(|(base, _)| *base <= offset).saturating_sub(1);
+        let (base, source) = &self.parts[at];
+        (*base, source)
+    }
+
+    /// The text that a place lies in.
+    pub fn source(&self, offset: u32) -> &Source {
+        self.part(offset).1
+    }
+
+    /// The text under a span.
+    pub fn slice(&self, span: Span) -> &str {
+        let (base, source) = self.part(span.start);
+        source.slice(Span::new(span.start - base, span.end.max(base) - base))
+    }
+
+    /// A place as people count it, in its own text.
+    pub fn position(&self, offset: u32) -> Position {
+        let (base, source) = self.part(offset);
+        source.position(offset - base)
+    }
+
+    /// Length of the scene's own text in bytes.
+    pub fn len(&self) -> u32 {
+        self.parts[0].1.len()
+    }
+
+    /// Whether the scene's own text is empty.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether a place lies in the scene's own text.
+    pub fn is_own(&self, offset: u32) -> bool {
+        self.part(offset).0 == 0
+    }
+
+    /// A place in a sentence: `line 7`, or `lib/metals.kin, line 7` where it is not in the scene's own text.
+    pub fn line(&self, offset: u32) -> String {
+        let line = self.position(offset).line;
+        match self.is_own(offset) {
+            true => format!("line {line}"),
+            false => format!("{}, line {line}", self.source(offset).name),
+        }
+    }
+
+    /// Gives every place of a diagnostic the number of its own text and its offset there.
+    pub fn settle(&self, found: &mut Diagnostic) {
+        let settle = |file: &mut FileId, span: &mut Span| {
+            if *file == self.id {
+                let (base, source) = self.part(span.start);
+                *file = source.id;
+                *span = Span::new(span.start - base, span.end.max(base) - base);
+            }
+        };
+        for label in &mut found.labels {
+            settle(&mut label.file, &mut label.span);
+        }
+        for edit in found.fixes.iter_mut().flat_map(|fix| &mut fix.edits) {
+            settle(&mut edit.file, &mut edit.span);
+        }
+    }
+}
+
 /// Makes a source of a file's bytes. Bytes that are no UTF-8 give E0119 and a readable approximation of the text, which is
 /// for showing the place only.
 pub fn decode(id: FileId, name: &str, bytes: &[u8]) -> (Source, Option<Diagnostic>) {
@@ -214,5 +304,20 @@ mod tests {
         check("ab\n", 3, (2, 1, 1));
         check("é😀x", 6, (1, 3, 4));
         check("é😀x", 4, (1, 2, 2));
+    }
+
+    #[test]
+    fn texts_end_to_end() {
+        let mut texts = Texts::new(&Source::new(FileId(3), "a.kin", "ab\nc"));
+        assert_eq!(texts.add(&Source::new(FileId(4), "b.kin", "x\nyz"), 100), Some(5));
+        assert_eq!(texts.add(&Source::new(FileId(5), "c.kin", "too long"), 16), None);
+        assert_eq!((texts.slice(Span::new(3, 4)), texts.slice(Span::new(7, 9))), ("c", "yz"));
+        assert_eq!((texts.line(4).as_str(), texts.line(7).as_str()), ("line 2", "b.kin, line 2"));
+        let mut found = Diagnostic::new("E0201", "m").primary(FileId(3), Span::new(7, 9), "");
+        found = found.label(FileId(3), Span::at(4), "").label(FileId(4), Span::at(1), "");
+        texts.settle(&mut found);
+        let places: Vec<_> =
+            found.labels.iter().map(|label| (label.file.0, label.span.start, label.span.end)).collect();
+        assert_eq!(places, [(4, 2, 4), (3, 4, 4), (4, 1, 1)]);
     }
 }

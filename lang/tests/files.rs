@@ -74,7 +74,7 @@ fn folder() {
         assert_eq!(code("out"), Err("E0705"));
         assert_eq!(code("in"), Ok(b"lang 1".to_vec()));
         std::os::unix::fs::symlink(&base, project.join("away")).unwrap();
-        assert_eq!(code("away/Secret"), Err("E0701"));
+        assert_eq!(code("away/Secret"), Err("E0705"));
     }
     std::fs::remove_dir_all(&base).unwrap();
 }

@@ -310,7 +310,7 @@ fn materials_become_trees() {
 #[test]
 fn a_glb_is_the_same() {
     let mut text = with(&[("/buffers/0/uri", Value::Null)]).to_string();
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(' ');
     }
     let chunk = |kind: &[u8; 4], data: &[u8]| [&(data.len() as u32).to_le_bytes()[..], kind, data].concat();

@@ -7,7 +7,7 @@ use std::time::Instant;
 use glam::{DAffine3, DVec3, Vec3};
 use kinora_renderer::suite::{add, diffuse, emitter, glass, metal, quad, view, world};
 use kinora_renderer::{Choice, Options, Renderer, open};
-use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Shape, Sky, Still, World};
+use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Shape, Sky, SkyLight, Still, World};
 
 fn matt(color: Color) -> Material<Still> {
     Bsdf::Diffuse { color, roughness: 0.0, model: DiffuseModel::Eon }.into()
@@ -42,7 +42,7 @@ fn cornell() -> World {
 fn million() -> World {
     let mut w = world([512, 512], 16, view(DVec3::new(0.0, 1.0, 4.0), DVec3::ZERO, 0.7));
     w.render.max_bounces = 7;
-    w.sky = Some(Sky::<Still> { color: Color::new(0.6, 0.75, 1.0), strength: 0.5, visible: true });
+    w.sky = Some(Sky::<Still> { light: SkyLight::Color(Color::new(0.6, 0.75, 1.0)), strength: 0.5, visible: true });
     let (rows, columns) = (500_u32, 1000_u32);
     let mut mesh = Mesh::default();
     for i in 0..=rows {
@@ -71,7 +71,7 @@ fn million() -> World {
 fn nine_spheres() -> World {
     let mut w = world([512, 512], 16, view(DVec3::new(0.0, 3.0, 7.0), DVec3::new(0.0, 0.8, 0.0), 0.7));
     w.render.max_bounces = 7;
-    w.sky = Some(Sky::<Still> { color: Color::new(0.6, 0.75, 1.0), strength: 0.5, visible: true });
+    w.sky = Some(Sky::<Still> { light: SkyLight::Color(Color::new(0.6, 0.75, 1.0)), strength: 0.5, visible: true });
     add(&mut w, quad(DVec3::Y, 30.0, 30.0), DAffine3::IDENTITY, diffuse(0.5, 0.0));
     for i in 0..9 {
         let (row, column) = (f64::from(i / 3) - 1.0, f64::from(i % 3) - 1.0);

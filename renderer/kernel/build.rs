@@ -21,6 +21,7 @@ const SHADERS: &[&str] = &[
     "bsdf/metal.wgsl",
     "bsdf/coat.wgsl",
     "bsdf/dielectric.wgsl",
+    "sky.wgsl",
     "light.wgsl",
     "camera.wgsl",
     "path.wgsl",

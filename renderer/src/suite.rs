@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
     Background, Bsdf, Clock, Color, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh, Reflectance,
-    Render, Shape, Shown, Sky, Still, Tonemap, View, World,
+    Render, Shape, Shown, Sky, SkyLight, Still, Tonemap, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
@@ -81,6 +81,7 @@ pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
         instances: Vec::new(),
         materials: Vec::new(),
         sky: None,
+        lights: Vec::new(),
     }
 }
 
@@ -138,7 +139,7 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
 }
 
 fn white_sky() -> Option<Sky<Still>> {
-    Some(Sky { color: Color::ONE, strength: 1.0, visible: true })
+    Some(Sky { light: SkyLight::Color(Color::ONE), strength: 1.0, visible: true })
 }
 
 fn front() -> View {
@@ -159,7 +160,7 @@ fn near(case: &str, got: f64, expected: f64, tolerance: f64) {
 
 fn some_world() -> World {
     let mut w = world([40, 24], 40, front());
-    w.sky = Some(Sky { color: Color::new(0.4, 0.6, 1.0), strength: 1.0, visible: true });
+    w.sky = Some(Sky { light: SkyLight::Color(Color::new(0.4, 0.6, 1.0)), strength: 1.0, visible: true });
     add(&mut w, Shape::Sphere { radius_m: 0.8 }, at(0.0, 0.0, 0.0), diffuse(0.7, 0.5));
     add(
         &mut w,

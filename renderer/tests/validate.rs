@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use kinora_kernel::Packed;
+use kinora_kernel::generated::PRIMITIVE_OTHER;
 use kinora_kernel::query::Compressed;
 use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
 use kinora_renderer::{Backend, BackendError, pack};
@@ -42,7 +43,10 @@ fn wrong_numbers() {
     check_nodes("the last child of nodes[0]", |c| c.bvh.nodes[0].child_base_idx = u32::MAX);
     check_nodes("its index of nodes[0]", |c| c.bvh.nodes[0].child_base_idx = 0);
     check_nodes("the last primitive of nodes", |c| c.primitives.truncate(1));
-    check("the kind of primitives[3]", |p| p.primitives[3].shade.w |= 0xc000_0000);
+    check("the kind of primitives[3]", |p| {
+        p.primitives[3].shade.w |= PRIMITIVE_OTHER;
+        p.primitives[3].index.z = 1000;
+    });
     check("the shape of primitives[3]", |p| p.primitives[3].shade.w += 1000);
     check("the material of shapes[5] is 1000", |p| p.shapes[5].index.x = 1000);
     check("the first light of shapes[5]", |p| p.shapes[5].index.y = 1);

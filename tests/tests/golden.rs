@@ -22,6 +22,8 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("mis", 0),
     ("fireflies", 0),
     ("bvh", 0),
+    ("night", 0),
+    ("sky", 48),
 ];
 
 const SIZE: [u32; 2] = [96, 72];

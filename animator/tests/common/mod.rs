@@ -14,6 +14,7 @@ pub fn scene() -> Scene {
         nodes: vec![node("ball", None, Some(sphere()))],
         materials: vec![Material::default_diffuse()],
         sky: None,
+        lights: Vec::new(),
     }
 }
 

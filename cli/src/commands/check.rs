@@ -1,12 +1,14 @@
 //! `kinora check`: everything short of rendering.
 
+use std::collections::HashSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use kinora_lang::diagnostic::{MAX_SHOWN, list, to_json};
-use kinora_lang::source::FileId;
+use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list, to_json};
+use kinora_lang::source::{FileId, Source};
 
 use crate::exit::{self, Outcome};
 use crate::session::{self, Changes, Loaded};
@@ -59,13 +61,14 @@ pub fn run(args: &Args) -> Outcome {
         _ => Format::Full,
     };
     let files = find(&args.paths)?;
-    let (mut found, mut sources) = (Vec::new(), Vec::new());
-    for (number, file) in files.iter().enumerate() {
-        let loaded = load(file, FileId(number as u32), &args.stdin_path)?;
+    let (mut checked, mut sources) = (Vec::new(), Vec::new());
+    for file in &files {
+        let loaded = load(file, FileId(sources.len() as u32), &args.stdin_path)?;
         sources.extend(if matches!(format, Format::Json) { loaded.sources.clone() } else { loaded.sources_as_given() });
-        found.extend(ends(&loaded));
-        found.extend(loaded.diagnostics);
+        let found = loaded.diagnostics.iter().cloned().chain(ends(&loaded)).collect();
+        checked.push(Checked { sources: loaded.sources_as_given(), found, has_camera: loaded.has_camera() });
     }
+    let found = merge(checked);
     let limit = if matches!(format, Format::Json) { usize::MAX } else { MAX_SHOWN };
     let listing = list(found, limit);
     match format {
@@ -80,6 +83,34 @@ pub fn run(args: &Args) -> Outcome {
     Ok(if faulty { exit::FINDINGS } else { exit::CLEAN })
 }
 
+/// A file that was checked, under the names that the user gave.
+struct Checked {
+    sources: Vec<Source>,
+    found: Vec<Diagnostic>,
+    has_camera: bool,
+}
+
+/// The findings of all files, each once: what several scenes import is checked with the first of them, and a file
+/// without a camera that a scene here imports is no scene of its own.
+fn merge(checked: Vec<Checked>) -> Vec<Diagnostic> {
+    let imported: HashSet<Arc<str>> =
+        checked.iter().flat_map(|file| file.sources.iter().skip(1)).map(|source| source.name.clone()).collect();
+    let is_part =
+        |file: &Checked| !file.has_camera && file.sources.first().is_some_and(|source| imported.contains(&source.name));
+    let mut seen = HashSet::new();
+    let mut merged = Vec::new();
+    for file in checked.iter().filter(|file| !is_part(file)) {
+        let name = |id: FileId| file.sources.iter().find(|source| source.id == id).map(|source| source.name.clone());
+        for found in &file.found {
+            let place = found.place().and_then(|(id, span)| Some((name(id)?, span)));
+            if place.is_none_or(|place| seen.insert((place, found.code, found.message.clone()))) {
+                merged.push(found.clone());
+            }
+        }
+    }
+    merged
+}
+
 fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
     if file != Path::new("-") {
         return session::load_as(id, file, &Changes::default());
@@ -90,8 +121,9 @@ fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
 }
 
 /// What is wrong in the first frame, else in the last.
-fn ends(loaded: &Loaded) -> Option<kinora_lang::diagnostic::Diagnostic> {
-    let clock = loaded.scene.as_ref()?.clock;
+fn ends(loaded: &Loaded) -> Option<Diagnostic> {
+    // A file that shows nothing is there for others to import.
+    let clock = loaded.scene.as_ref().filter(|scene| !scene.cameras.is_empty())?.clock;
     [0, clock.frame_count() - 1]
         .into_iter()
         .find_map(|frame| loaded.sample(clock.shutter_of(frame)).err())

@@ -6,7 +6,7 @@ use glam::Vec3;
 use kinora_lang::assets::gltf::{self, LampKind, Model, Projection};
 use kinora_lang::assets::read_mesh;
 use kinora_lang::files::Files;
-use kinora_scene::{Animated, Bsdf, Emission, Material, Mesh, Scene, Shape};
+use kinora_scene::{Animated, Bsdf, Emission, LightKind, Material, Mesh, Scene, Shape};
 
 use crate::exit::{self, Outcome};
 use crate::flags::SceneFlags;
@@ -152,6 +152,11 @@ fn overview(scene: &Scene) -> String {
     let shining = shining(&scene.materials);
     let lamps = shapes().filter(|(node, _)| shining.get(node.material) == Some(&true)).count();
     let sky = if scene.sky.is_some() { ", a sky" } else { "" };
+    let others = kinds(scene.lights.iter().map(|light| match light.kind {
+        LightKind::Sun { .. } => "sun",
+        LightKind::Point { .. } => "point_light",
+        LightKind::Spot { .. } => "spot_light",
+    }));
     let frames = scene.clock.frame_count();
     let rows = [
         ("picture", format!("{width} × {height}, {} samples", scene.render.samples)),
@@ -159,7 +164,7 @@ fn overview(scene: &Scene) -> String {
         ("shapes", format!("{}{}", shapes().count(), kinds(shapes().map(|(_, shape)| kind(shape))))),
         ("triangles", format!("{triangles} in meshes")),
         ("materials", format!("{}{}", scene.materials.len(), kinds(scene.materials.iter().map(surface)))),
-        ("lights", format!("{lamps} of the shapes{sky}")),
+        ("lights", format!("{lamps} of the shapes{sky}{}", others.replacen(": ", ", ", 1))),
         (
             "duration",
             format!(

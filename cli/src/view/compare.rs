@@ -1,6 +1,9 @@
 //! What the viewer wants to know of a scene, and of two versions of it.
 
-use kinora_scene::{Aim, Animated, Bsdf, Camera, Emission, Material, Reflectance, Scene, Shape, Track};
+use kinora_scene::{
+    Aim, Animated, Beam, Bsdf, Camera, Emission, Light, LightKind, Material, Reflectance, Scene, Shape, Sky, SkyLight,
+    Track,
+};
 
 /// Whether the picture is taken as before: by a camera of the same name, place and aim. Where nodes come and go their
 /// indices change, so the nodes that the cameras refer to are compared by name.
@@ -29,12 +32,38 @@ pub fn moves(scene: &Scene) -> bool {
             || runs(&node.visible)
             || matches!(&node.shape, Some(Shape::Sphere { radius_m }) if runs(radius_m))
     });
-    let sky = scene.sky.as_ref().is_some_and(|sky| runs(&sky.color) || runs(&sky.strength));
-    cameras || nodes || sky || scene.materials.iter().any(material_moves) || runs(&scene.look.exposure)
+    let sky = scene.sky.as_ref().is_some_and(sky_moves);
+    let lights = scene.lights.iter().any(light_moves);
+    cameras || nodes || sky || lights || scene.materials.iter().any(material_moves) || runs(&scene.look.exposure)
 }
 
 fn runs<T>(track: &Track<T>) -> bool {
     track.constant().is_none()
+}
+
+fn sky_moves(sky: &Sky<Animated>) -> bool {
+    let light = match &sky.light {
+        SkyLight::Color(color) => runs(color),
+        SkyLight::Map { rotation, .. } => runs(rotation),
+        SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity } => {
+            runs(sun_elevation) || runs(sun_azimuth) || runs(turbidity)
+        }
+    };
+    light || runs(&sky.strength)
+}
+
+fn light_moves(light: &Light<Animated>) -> bool {
+    match &light.kind {
+        LightKind::Sun { direction, irradiance, .. } => runs(direction) || runs(irradiance),
+        LightKind::Point { position, power, .. } => runs(position) || runs(power),
+        LightKind::Spot { position, aim, power, .. } => {
+            let aim = match aim {
+                Beam::Direction(to) | Beam::Point(to) => runs(to),
+                Beam::Node(_) => false,
+            };
+            aim || runs(position) || runs(power)
+        }
+    }
 }
 
 fn camera_moves(camera: &Camera<Animated>) -> bool {
@@ -104,6 +133,7 @@ mod tests {
             nodes: vec![node("target")],
             materials: vec![Material::default_diffuse()],
             sky: None,
+            lights: Vec::new(),
         }
     }
 
@@ -151,7 +181,8 @@ mod tests {
         check(true, |scene| scene.materials[0].opacity = keys(0.5));
         check(true, |scene| scene.materials.push(Bsdf::Mix { a: 0, b: 0, amount: keys(0.5) }.into()));
         check(true, |scene| {
-            let sky = kinora_scene::Sky { color: keys(glam::Vec3::ONE), strength: 1.0.into(), visible: true };
+            let light = SkyLight::Color(keys(glam::Vec3::ONE));
+            let sky = Sky { light, strength: 1.0.into(), visible: true };
             scene.sky = Some(sky);
         });
     }

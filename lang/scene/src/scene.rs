@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Animated, Color, Map, Mesh, Rate, Spectrum, Track};
+use crate::{Animated, Color, Image, Map, Mesh, Rate, Spectrum, Track};
 
 /// A whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +26,9 @@ pub struct Scene {
     pub materials: Vec<Material<Animated>>,
     /// The light from infinitely far away.
     pub sky: Option<Sky<Animated>>,
+    /// Suns and lamps that are no shapes of their own.
+    #[serde(default)]
+    pub lights: Vec<Light<Animated>>,
 }
 
 /// How the picture is made; vocabulary.md, `render`.
@@ -541,10 +544,102 @@ pub enum Emission<R: Rate> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Sky<R: Rate> {
-    /// Radiance in every direction.
-    pub color: R::Of<Color>,
-    /// Scales `color`; 0 or more.
+    /// Where it comes from.
+    pub light: SkyLight<R>,
+    /// Scales it; 0 or more.
     pub strength: R::Of<f64>,
     /// Whether the camera itself sees it.
     pub visible: bool,
+}
+
+/// What a sky shines with, before its strength.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum SkyLight<R: Rate> {
+    /// This radiance in every direction.
+    Color(R::Of<Color>),
+    /// A picture of all directions, equirectangular, 32-bit floats: its middle lies towards -z, right of it is +x, its
+    /// top row is +y. Bilinear; what is negative or not a number is 0.
+    Map {
+        /// The picture.
+        image: Arc<Image>,
+        /// Radians, about +y.
+        rotation: R::Of<f64>,
+    },
+    /// Single scattering in clear air and haze (Nishita et al. 1993), the sun's disc included; `strength` is the sun's
+    /// irradiance above the air.
+    Nishita {
+        /// Radians above the horizon.
+        sun_elevation: R::Of<f64>,
+        /// Radians from -z towards +x.
+        sun_azimuth: R::Of<f64>,
+        /// Scales the haze; 0 or more.
+        turbidity: R::Of<f64>,
+    },
+}
+
+/// A light that is no shape.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Light<R: Rate> {
+    /// The author's name, or the kind where there is none.
+    pub name: String,
+    /// The node it moves with.
+    pub parent: Option<usize>,
+    /// Scales its light by channel; 0 or more.
+    pub color: Color,
+    /// What it is.
+    pub kind: LightKind<R>,
+}
+
+/// The kinds of light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum LightKind<R: Rate> {
+    /// Light from one direction.
+    Sun {
+        /// In which it travels, of any length but 0.
+        direction: R::Of<DVec3>,
+        /// Diameter of its disc in radians, below π; 0 is a point.
+        angle: f64,
+        /// W/m² on a surface facing it, whatever the angle; 0 or more.
+        irradiance: R::Of<f64>,
+    },
+    /// Light in all directions.
+    Point {
+        /// Where it is.
+        position: R::Of<DVec3>,
+        /// W in all directions; 0 or more.
+        power: R::Of<f64>,
+        /// Metres; above 0 it is a sphere that is seen.
+        radius_m: f64,
+    },
+    /// Light in a cone.
+    Spot {
+        /// Where it is.
+        position: R::Of<DVec3>,
+        /// Where it shines.
+        aim: Beam<R>,
+        /// W that it would send if it sent as much in all directions as along its axis; 0 or more.
+        power: R::Of<f64>,
+        /// Metres; above 0 it is a sphere that is seen.
+        radius_m: f64,
+        /// Full angle of the cone in radians, above 0, at most 2π.
+        angle: f64,
+        /// The soft part of the cone, 0..=1: intensity is scaled by smoothstep(cos(angle / 2), cos((1 - blend) · angle / 2),
+        /// cos θ).
+        blend: f64,
+    },
+}
+
+/// Where a spot light shines.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Beam<R: Rate> {
+    /// In this direction, of any length but 0.
+    Direction(R::Of<DVec3>),
+    /// At a point of the parent's space.
+    Point(R::Of<DVec3>),
+    /// At a node's origin in the world.
+    Node(usize),
 }

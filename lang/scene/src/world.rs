@@ -3,7 +3,7 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Color, Look, Material, Render, Shape, Shutter, Sky, Still};
+use crate::{Color, Light, Look, Material, Render, Shape, Shutter, Sky, SkyLight, Still};
 
 /// What the renderer draws.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,18 @@ pub struct World {
     pub materials: Vec<Material<Still>>,
     /// The light from infinitely far away, if any.
     pub sky: Option<Sky<Still>>,
+    /// Suns and lamps, in the world: they have no parents, and spot lights have directions.
+    #[serde(default)]
+    pub lights: Vec<Lamp>,
+}
+
+/// A sun or lamp in the world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lamp {
+    /// A number that no node of the scene has: what it is called where pictures show which thing is seen.
+    pub node: usize,
+    /// The light.
+    pub light: Light<Still>,
 }
 
 /// A camera in the world.
@@ -51,8 +63,11 @@ pub struct Instance {
 }
 
 impl World {
-    /// The sky's radiance: 0 where there is no sky.
+    /// The radiance of a sky that is the same everywhere; the factor of any other; 0 where there is no sky.
     pub fn sky_radiance(&self) -> Color {
-        self.sky.as_ref().map_or(Color::ZERO, |sky| sky.color * sky.strength as f32)
+        self.sky.as_ref().map_or(Color::ZERO, |sky| match sky.light {
+            SkyLight::Color(color) => color * sky.strength as f32,
+            SkyLight::Map { .. } | SkyLight::Nishita { .. } => Color::splat(sky.strength as f32),
+        })
     }
 }

@@ -11,17 +11,16 @@ mod shape;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use kinora_scene::{Mesh, Shape};
+use kinora_scene::{Image, Mesh, Shape, SkyLight, Texels};
 
 pub use model::load_models;
 
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
 use crate::eval::machine::not_yet;
-use crate::files::{Files, resolve};
+use crate::files::{Files, diagnose, resolve};
 use crate::lower::{Lowered, MeshFrom, MeshRequest};
-use crate::source::{Source, Span};
-use crate::suggest::suggest;
+use crate::source::{Span, Texts};
 
 /// Why a mesh cannot be used: a code and one clause.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,14 +40,6 @@ impl AssetError {
 
     fn unusable(message: impl Into<String>) -> AssetError {
         AssetError { code: "E0803", message: message.into(), help: "" }
-    }
-}
-
-/// The answer to an import: the file is missing, or imports come later.
-pub fn import(files: &dyn Files, source: &Source, path: &str, span: Span) -> Diagnostic {
-    match resolve(&source.name, path).and_then(|path| files.read(&path)) {
-        Ok(_) => not_yet("`import`", source.id, span),
-        Err(error) => error.diagnostic(source.id, span),
     }
 }
 
@@ -94,13 +85,17 @@ fn finish(mut mesh: Mesh, smooth: Option<bool>, fit: Option<f64>) -> Result<Mesh
 }
 
 /// Puts the meshes into the scene.
-pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     type Key = (String, Option<bool>, Option<u64>);
     let mut known: HashMap<Key, Result<Arc<Mesh>, ()>> = HashMap::new();
     let mut open: HashMap<*const Mesh, usize> = HashMap::new();
     for request in &lowered.meshes {
         let key = match &request.from {
-            MeshFrom::File(path) => Some((path.to_string(), request.smooth, request.fit.map(f64::to_bits))),
+            MeshFrom::File(written) => {
+                let from = &source.source(request.span.start).name;
+                let path = resolve(from, written).unwrap_or_else(|_| written.to_string());
+                Some((path, request.smooth, request.fit.map(f64::to_bits)))
+            }
             MeshFrom::Lists(_) => None,
         };
         let before = key.as_ref().and_then(|key| known.get(key)).cloned();
@@ -125,8 +120,51 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
     }
 }
 
+/// Puts the picture of the sky into the scene.
+pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
+    let (Some(request), Some(sky)) = (lowered.sky.take(), &mut lowered.scene.sky) else { return };
+    let (file, span) = (source.id, request.span);
+    let picture = match picture(&request.path, files, source, span) {
+        Ok(picture) => picture,
+        Err(diagnostic) => return diagnostics.push(*diagnostic),
+    };
+    let [width, height] = picture.size;
+    let is_light = |c: &f32| *c >= 0.0 && c.is_finite();
+    let bad = picture.rgb.as_chunks::<3>().0.iter().filter(|texel| !texel.iter().all(is_light)).count();
+    if bad > 0 {
+        let texels = if bad == 1 { "texel that is" } else { "texels that are" };
+        let message = format!("`{}` has {bad} {texels} negative or not finite", request.path);
+        diagnostics.push(
+            Diagnostic::new("W0811", message)
+                .primary(file, span, "no light comes from there")
+                .note("what is negative or not a number is taken as 0, what is infinite as the largest finite value"),
+        );
+    }
+    let largest = picture.rgb.iter().copied().filter(|c| c.is_finite()).fold(0.0, f32::max);
+    let clean = |c: f32| match c {
+        c if is_light(&c) => c,
+        f32::INFINITY => largest,
+        _ => 0.0,
+    };
+    let texels = picture.rgb.as_chunks::<3>().0.iter().map(|&[r, g, b]| [clean(r), clean(g), clean(b), 1.0]).collect();
+    if let Some(image) = Image::new(request.path, width, height, Texels::Rgba32F(texels)) {
+        sky.light = SkyLight::Map { image: Arc::new(image), rotation: request.rotation };
+    }
+}
+
+fn picture(written: &str, files: &dyn Files, source: &Texts, span: Span) -> Result<hdr::LightPicture, Box<Diagnostic>> {
+    let file = source.id;
+    let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
+    let bytes = files.read(&path).map_err(|error| error.diagnostic(file, span))?;
+    hdr::read(&bytes).map_err(|error| {
+        let diagnostic = Diagnostic::new(error.code, format!("`{written}` {}", error.message));
+        let diagnostic = diagnostic.primary(file, span, "cannot be used");
+        Box::new(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) })
+    })
+}
+
 /// W0509.
-fn open_glass(count: usize, source: &Source, span: Span) -> Diagnostic {
+fn open_glass(count: usize, source: &Texts, span: Span) -> Diagnostic {
     let edges = if count == 1 { "edge" } else { "edges" };
     Diagnostic::new("W0509", format!("glass needs a closed mesh; {count} boundary {edges}"))
         .primary(source.id, span, "light would go in and never come out, or the other way round")
@@ -134,7 +172,7 @@ fn open_glass(count: usize, source: &Source, span: Span) -> Diagnostic {
         .help("close the mesh, or make it a sheet: `dielectric { thin: true }`")
 }
 
-fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mesh, Box<Diagnostic>> {
+fn load(request: &MeshRequest, files: &dyn Files, source: &Texts) -> Result<Mesh, Box<Diagnostic>> {
     let (file, span) = (source.id, request.span);
     let (name, mesh) = match &request.from {
         MeshFrom::Lists(mesh) => (mesh.name.clone(), Ok(mesh.clone())),
@@ -150,16 +188,11 @@ fn load(request: &MeshRequest, files: &dyn Files, source: &Source) -> Result<Mes
                     .help("write `model { file: .. }`")
                     .into());
             }
-            let path = resolve(&source.name, written).map_err(|error| error.diagnostic(file, span))?;
-            let bytes = files.read(&path).map_err(|error| {
-                let diagnostic = error.diagnostic(file, span);
-                let asked = files.dependencies();
-                let known = asked.iter().filter(|file| file.found).map(|file| file.path.as_str());
-                match suggest(&path, known).first() {
-                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                    None => diagnostic,
-                }
-            })?;
+            let path =
+                resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
+            let bytes = files
+                .read(&path)
+                .map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;
             let mesh = read_mesh(&path, &bytes);
             (path, mesh)
         }

@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
 use crate::files::{Files, resolve};
 use crate::lower::{InnerRequest, InnerUse, Lowered, ModelRequest, shining};
-use crate::source::{Source, Span};
+use crate::source::{Span, Texts};
 use crate::suggest::{all_of, suggest};
 
 /// A model that is in the scene.
@@ -24,23 +24,25 @@ struct Placed {
 }
 
 /// Puts the models into the scene.
-pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     if lowered.models.is_empty() {
         return;
     }
     type Known = Option<(Arc<Model>, usize)>;
-    let mut known: HashMap<Arc<str>, Known> = HashMap::new();
+    let mut known: HashMap<String, Known> = HashMap::new();
     let mut placed: HashMap<usize, Placed> = HashMap::new();
     let mut whole = true;
     for request in &lowered.models {
-        let loaded = match known.get(&request.file) {
+        let from = &source.source(request.span.start).name;
+        let path = resolve(from, &request.file).unwrap_or_else(|_| request.file.to_string());
+        let loaded = match known.get(&path) {
             Some(loaded) => loaded.clone(),
             None => {
                 let loaded = load(request, files, source, diagnostics).map(|model| {
                     let first = add_materials(&mut lowered.scene, &model);
                     (model, first)
                 });
-                known.insert(request.file.clone(), loaded.clone());
+                known.insert(path, loaded.clone());
                 loaded
             }
         };
@@ -74,7 +76,7 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Source, di
 fn load(
     request: &ModelRequest,
     files: &dyn Files,
-    source: &Source,
+    source: &Texts,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Arc<Model>> {
     let (file, span, written) = (source.id, request.span, &request.file);
@@ -91,7 +93,7 @@ fn load(
         });
         return None;
     }
-    let bytes = resolve(&source.name, written).and_then(|path| Ok((files.read(&path)?, path)));
+    let bytes = resolve(&source.source(span.start).name, written).and_then(|path| Ok((files.read(&path)?, path)));
     let (bytes, path) = match bytes {
         Ok(found) => found,
         Err(error) => {
@@ -116,7 +118,7 @@ fn load(
 }
 
 /// What is wrong with a model, in one message.
-fn diagnostic(faults: &Faults, written: &str, source: &Source, span: Span) -> Diagnostic {
+fn diagnostic(faults: &Faults, written: &str, source: &Texts, span: Span) -> Diagnostic {
     let Some((first, rest)) = faults.first().split_first() else {
         return Diagnostic::new("E0801", format!("`{written}` is not a valid glTF file"));
     };
@@ -209,7 +211,7 @@ fn find(model: &Model, path: &str) -> Result<usize, Vec<String>> {
 }
 
 /// E0804: there is no such node, or more than one.
-fn no_node(model: &Model, path: &str, found: &[String], source: &Source, span: Span) -> Diagnostic {
+fn no_node(model: &Model, path: &str, found: &[String], source: &Texts, span: Span) -> Diagnostic {
     if !found.is_empty() {
         let list = all_of(found.iter().take(6).map(String::as_str));
         return Diagnostic::new("E0804", format!("`{path}` is {} nodes of the model", found.len()))
@@ -237,7 +239,7 @@ fn replace_materials(
     scene: &mut Scene,
     request: &ModelRequest,
     placed: &Placed,
-    source: &Source,
+    source: &Texts,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let parts = &placed.model.nodes;
@@ -260,13 +262,7 @@ fn replace_materials(
 }
 
 /// Follows a reference into a model.
-fn follow(
-    scene: &mut Scene,
-    inner: &InnerRequest,
-    placed: &Placed,
-    source: &Source,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+fn follow(scene: &mut Scene, inner: &InnerRequest, placed: &Placed, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     if inner.by == InnerUse::Picture {
         let camera = placed.cameras.iter().find(|(name, _)| **name == *inner.path);
         let in_node = || {
@@ -325,7 +321,7 @@ fn follow(
 fn which_camera(
     lowered: &mut Lowered,
     placed: &HashMap<usize, Placed>,
-    source: &Source,
+    source: &Texts,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let scene = &mut lowered.scene;
@@ -381,7 +377,7 @@ fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
 }
 
 /// Parents before children again: what moves with a model's node stands before it.
-fn put_in_order(scene: &mut Scene, source: &Source, diagnostics: &mut Vec<Diagnostic>) {
+fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     if scene.nodes.iter().enumerate().all(|(at, node)| node.parent.is_none_or(|parent| parent < at)) {
         return;
     }

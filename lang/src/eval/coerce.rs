@@ -516,9 +516,9 @@ impl<'a> Machine<'a> {
                 let mut diagnostic = Diagnostic::new("E0403", format!("`{name}` is not a finite number ({what})"))
                     .primary(self.file(), place, format!("this comes to {what}"));
                 if let Some(origin) = self.not_finite {
-                    let line = self.source.position(origin.start).line;
+                    let line = self.source.line(origin.start);
                     let text = short_text(self.text(origin));
-                    diagnostic = diagnostic.note(format!("`{text}` on line {line} is not a finite number"));
+                    diagnostic = diagnostic.note(format!("`{text}` on {line} is not a finite number"));
                 }
                 self.report(diagnostic);
                 return false;
@@ -634,6 +634,14 @@ impl<'a> Machine<'a> {
             Check::Shutter => {
                 let index = find(&|v| !(0.0..=std::f64::consts::TAU + 1e-9).contains(&v))?;
                 row("E0401", format!("{name} must be within 0deg..360deg"), index, "")
+            }
+            Check::Disc => {
+                let index = find(&|v| !(0.0..std::f64::consts::PI).contains(&v))?;
+                row("E0401", format!("{name} must be at least 0deg and below 180deg"), index, "")
+            }
+            Check::Cone => {
+                let index = find(&|v| v <= 0.0 || v > std::f64::consts::TAU + 1e-9)?;
+                row("E0401", format!("{name} must be above 0deg and at most 360deg"), index, "")
             }
             Check::Resolution => {
                 let index = find(&|v| !(1.0..=16384.0).contains(&v))?;

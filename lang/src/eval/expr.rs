@@ -111,24 +111,27 @@ impl<'a> Machine<'a> {
     }
 
     fn path(&mut self, path: &'a ast::Path, env: &Env<'a>, words: Words) -> Value {
-        let Some((first, fields)) = path.segments.split_first() else { return Value::Error };
+        let Some(first) = path.segments.first() else { return Value::Error };
         let name = &*first.text;
-        if fields.is_empty()
+        if path.segments.len() == 1
             && let Some(word) = words.iter().find(|word| word.name == name)
         {
             return Value::Word(word.name);
         }
-        let mut value = match name {
-            "time" => Value::quantity(self.graph.time(), Dimension::TIME),
-            "frame" => Value::number(self.graph.frame()),
-            _ => match env.find(name, |binding| !matches!(binding, Binding::Fn(_) | Binding::Prefab(_))) {
-                Some((scope, Binding::Let(cell))) => self.force_let(&cell, &scope),
-                Some((_, Binding::Value(value))) => value,
-                Some((_, Binding::Node(id))) => Value::Node(id),
+        let is_value =
+            |binding: &Binding<'_>| !matches!(binding, Binding::Fn(_) | Binding::Prefab(_) | Binding::Module(_));
+        let (mut value, names) = match name {
+            "time" => (Value::quantity(self.graph.time(), Dimension::TIME), 1),
+            "frame" => (Value::number(self.graph.frame()), 1),
+            _ => match env.find_path(&path.segments, is_value) {
+                Some((scope, Binding::Let(cell), names)) => (self.force_let(&cell, &scope), names),
+                Some((_, Binding::Value(value), names)) => (value, names),
+                Some((_, Binding::Node(id), names)) => (Value::Node(id), names),
                 _ => return Value::Error,
             },
         };
-        let mut span = first.span;
+        let (known, fields) = path.segments.split_at(names);
+        let mut span = first.span.to(known.last().unwrap_or(first).span);
         for field in fields {
             value = self.field(value, span, field);
             span = span.to(field.span);
@@ -509,10 +512,14 @@ impl<'a> Machine<'a> {
 
     fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span, env: &Env<'a>) -> Value {
         let ExprKind::Path(path) = &callee.kind else { return Value::Error };
-        let [name] = path.segments.as_slice() else { return Value::Error };
-        if let Some((scope, Binding::Fn(decl))) = env.find(&name.text, |binding| matches!(binding, Binding::Fn(_))) {
-            return self.call_fn(decl, &scope, args, span, env);
+        let is_fn = |binding: &Binding<'_>| matches!(binding, Binding::Fn(_));
+        if let Some((scope, Binding::Fn(decl), names)) = env.find_path(&path.segments, is_fn) {
+            return match names == path.segments.len() {
+                true => self.call_fn(decl, &scope, args, span, env),
+                false => Value::Error,
+            };
         }
+        let [name] = path.segments.as_slice() else { return Value::Error };
         let Some(function) = builtin::find(&name.text) else { return Value::Error };
         let mut given: Vec<(Option<Value>, Span)> = vec![(None, span); function.params.len()];
         let mut written: Vec<Option<&'a Expr>> = vec![None; function.params.len()];

@@ -308,11 +308,12 @@ impl<'a> Machine<'a> {
         if slot.mixed.is_some() {
             return NodeKind::Schema(&schema::MIX);
         }
-        let [name] = slot.ast.kind.segments.as_slice() else { return NodeKind::Unknown };
-        match slot.scope.find(&name.text, |binding| matches!(binding, Binding::Prefab(_) | Binding::Opaque)) {
-            Some((_, Binding::Prefab(decl))) => NodeKind::Prefab(decl),
-            Some(_) => NodeKind::Unknown,
-            None => schema::kind(&name.text).map_or(NodeKind::Unknown, NodeKind::Schema),
+        let path = slot.ast.kind.segments.as_slice();
+        let is_kind = |binding: &Binding<'_>| matches!(binding, Binding::Prefab(_) | Binding::Opaque);
+        match (slot.scope.find_path(path, is_kind), path) {
+            (Some((_, Binding::Prefab(decl), names)), _) if names == path.len() => NodeKind::Prefab(decl),
+            (None, [name]) => schema::kind(&name.text).map_or(NodeKind::Unknown, NodeKind::Schema),
+            _ => NodeKind::Unknown,
         }
     }
 
@@ -447,7 +448,7 @@ impl<'a> Machine<'a> {
         let data = self.fit(&value, &site);
         if let Some(first) = owner.properties.iter().find(|set| set.property.name == row.name) {
             let first = first.name;
-            let diagnostic = set_twice(row.name, self.source.id, property.name.span, first);
+            let diagnostic = set_twice(row.name, self.file(), property.name.span, first);
             self.report(diagnostic);
             return;
         }
@@ -455,7 +456,7 @@ impl<'a> Machine<'a> {
     }
 
     fn prefab(&mut self, ast: &'a ast::Node, decl: &'a ast::PrefabDecl, env: &Env<'a>) -> NodeValue<'a> {
-        let name = decl.name.as_ref().map_or("", |name| &name.text);
+        let name = kind_text(ast);
         if self.endless.contains(&decl.head) {
             return NodeValue::default();
         }
@@ -481,8 +482,8 @@ impl<'a> Machine<'a> {
                 arguments.push((&formal.name.text, value.clone()));
             }
         }
-        let lexical = env.find(name, |binding| matches!(binding, Binding::Prefab(_)));
-        let outer = lexical.map_or_else(|| self.globals.clone(), |(scope, _)| scope);
+        let lexical = env.find_path(&ast.kind.segments, |binding| matches!(binding, Binding::Prefab(_)));
+        let outer = lexical.map_or_else(|| self.globals.clone(), |(scope, ..)| scope);
         let Some((scope, values)) = self.bind(&decl.params, given, &outer) else { return NodeValue::default() };
         if self.calls >= limits::CALLS {
             self.endless.insert(decl.head);

@@ -30,3 +30,9 @@ pub const KEYS: usize = 100_000;
 pub const TRIANGLES: usize = 100_000_000;
 /// The greatest whole number: up to here f64 is exact.
 pub const WHOLE: f64 = 9_007_199_254_740_992.0;
+/// Files of a scene.
+pub const FILES: usize = 256;
+/// Files that import one another in a row, the scene not counted.
+pub const IMPORTS_DEEP: usize = 32;
+/// Bytes of all texts of a scene together.
+pub const TEXT_OF_ALL_FILES: u32 = 1 << 30;

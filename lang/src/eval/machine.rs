@@ -3,25 +3,26 @@
 use std::collections::HashSet;
 use std::rc::Rc;
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Label};
 use crate::eval::coerce::Data;
 use crate::eval::graph::Graph;
 use crate::eval::limits;
 use crate::eval::scope::Scope;
+use crate::library::is_path;
 use crate::schema::{Kind, Property};
-use crate::source::{FileId, Source, Span};
+use crate::source::{FileId, Span, Texts};
 use crate::syntax::ast;
 use crate::value::{NodeId, Value};
 
-/// The evaluator of one file.
+/// The evaluator of a scene.
 pub struct Machine<'a> {
-    /// The file.
-    pub source: &'a Source,
+    /// The scene's text, and those that it imports.
+    pub source: &'a Texts,
     /// Operations on what moves.
     pub graph: Graph,
     /// Every node that was met.
     pub nodes: Vec<NodeSlot<'a>>,
-    /// What the top level of the file declares.
+    /// What the top level of the scene declares.
     pub globals: Rc<Scope<'a>>,
     /// What was found.
     pub diagnostics: Vec<Diagnostic>,
@@ -34,7 +35,9 @@ pub struct Machine<'a> {
     pub endless: HashSet<Span>,
     /// The last operation that made a number that is not finite.
     pub not_finite: Option<Span>,
-    /// The file's `render` block.
+    /// Whether the scene only declares what others import: that it shows nothing is then no mistake.
+    pub library: bool,
+    /// The scene's `render` block.
     pub render: Option<&'a ast::Node>,
     /// An empty node that stands for mixes of materials, which are written as calls.
     pub mix: &'a ast::Node,
@@ -137,17 +140,17 @@ pub struct Trace {
 }
 
 impl Trace {
-    fn show(&self, source: &Source) -> String {
+    fn show(&self, source: &Texts) -> String {
         let values: Vec<String> =
             self.values.iter().take(4).map(|(name, value)| format!("{name}: {}", value.show())).collect();
         let with = if values.is_empty() { String::new() } else { format!(" with {}", values.join(", ")) };
-        format!("in {}{with}, line {}", self.name, source.position(self.span.start).line)
+        format!("in {}{with}, {}", self.name, source.line(self.span.start))
     }
 }
 
 impl<'a> Machine<'a> {
     /// An evaluator that has seen nothing.
-    pub fn new(source: &'a Source, mix: &'a ast::Node) -> Machine<'a> {
+    pub fn new(source: &'a Texts, mix: &'a ast::Node) -> Machine<'a> {
         Machine {
             source,
             graph: Graph::default(),
@@ -159,6 +162,7 @@ impl<'a> Machine<'a> {
             pending: Vec::new(),
             endless: HashSet::new(),
             not_finite: None,
+            library: false,
             render: None,
             mix,
             fps: None,
@@ -180,6 +184,7 @@ impl<'a> Machine<'a> {
         if self.stopped {
             return;
         }
+        self.out_of_library(&mut diagnostic);
         // "Not yet" is said once a thing, everything else once a place.
         let key = match (diagnostic.code, diagnostic.place()) {
             ("E1101", _) | (_, None) => (diagnostic.code, Span::at(0), diagnostic.message.clone()),
@@ -195,6 +200,26 @@ impl<'a> Machine<'a> {
             trace = here.parent.clone();
         }
         self.diagnostics.push(diagnostic);
+    }
+
+    /// What goes wrong inside the standard library is about the call that led there: that becomes the place.
+    fn out_of_library(&self, diagnostic: &mut Diagnostic) {
+        let inside = |span: Span| !self.source.is_own(span.start) && is_path(&self.source.source(span.start).name);
+        let Some((_, place)) = diagnostic.place().filter(|(_, span)| inside(*span)) else { return };
+        let mut trace = self.trace.as_ref();
+        while let Some(here) = trace {
+            if !inside(here.span) {
+                let what = self.text(place);
+                let text = if what.len() < 60 { format!("`{what}` in there") } else { String::new() };
+                for label in &mut diagnostic.labels {
+                    label.primary = false;
+                }
+                diagnostic.labels.insert(0, Label { file: self.file(), span: here.span, text, primary: true });
+                diagnostic.fixes.clear();
+                return;
+            }
+            trace = here.parent.as_ref();
+        }
     }
 
     /// Reports and gives the value that nothing is derived from.
@@ -223,10 +248,10 @@ impl<'a> Machine<'a> {
         match self.fuel.checked_sub(cost) {
             Some(rest) => self.fuel = rest,
             None => {
-                let line = self.source.position(span.start).line;
+                let line = self.source.line(span.start);
                 let diagnostic = Diagnostic::new("E1003", "evaluation took too many steps")
                     .primary(self.file(), span, "the steps ran out here")
-                    .note(format!("the limit is {} steps; line {line} used the last one", limits::FUEL))
+                    .note(format!("the limit is {} steps; {line} used the last one", limits::FUEL))
                     .help("make loops shorter, or compute less in each turn");
                 self.stop(diagnostic);
             }

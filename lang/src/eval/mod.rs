@@ -22,17 +22,21 @@ mod params;
 mod resolve;
 pub mod scope;
 
+use std::rc::Rc;
+
 use kinora_scene::Scene;
 
 use crate::assets;
 use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Dependency, Files};
 use crate::lower::{Lowered, lower};
+use crate::modules::{self, Module, Modules};
 use crate::schema;
 use crate::source::{Source, Span};
 use crate::syntax::{Tree, ast};
 use machine::Machine;
 pub use params::Param;
+use scope::{Binding, Scope};
 
 /// What the command line says about a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -64,27 +68,43 @@ pub struct Evaluated {
 /// Everything that is wrong, syntax errors included, with the warnings, in the order of the text; at least one of them
 /// is an error.
 pub fn eval(tree: &Tree, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
-    let file = tree.file();
-    let source = &tree.source;
+    eval_project(tree, files, overrides).0
+}
+
+/// As [`eval`], and the texts that the diagnostics point into: the tree's own first, then what it imports, numbered from
+/// the tree's number up.
+pub fn eval_project(
+    tree: &Tree,
+    files: &dyn Files,
+    overrides: &Overrides,
+) -> (Result<Evaluated, Vec<Diagnostic>>, Vec<Source>) {
+    let modules = modules::load(tree, files);
+    (eval_modules(&modules, files, overrides), modules.sources())
+}
+
+fn eval_modules(modules: &Modules, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
     // The stack of the evaluation is its own, so that its depth does not hang on who calls.
     let nothing = Nothing::new();
-    let run = || evaluate(&file, source, tree.errors(), overrides, &nothing);
-    let (lowered, mut diagnostics, params, imports) = std::thread::scope(|scope| {
+    let run = || evaluate(modules, overrides, &nothing);
+    let (lowered, mut diagnostics, params) = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("eval".into()).stack_size(limits::STACK_BYTES);
         match thread.spawn_scoped(scope, run).map(std::thread::ScopedJoinHandle::join) {
             Ok(Ok(done)) => done,
-            Ok(Err(_)) => (None, vec![internal("evaluation ended early")], Vec::new(), Vec::new()),
-            Err(error) => (None, vec![internal(&format!("no thread: {error}"))], Vec::new(), Vec::new()),
+            Ok(Err(_)) => (None, vec![internal("evaluation ended early")], Vec::new()),
+            Err(error) => (None, vec![internal(&format!("no thread: {error}"))], Vec::new()),
         }
     });
-    for (path, span) in imports {
-        diagnostics.push(assets::import(files, source, &path, span));
-    }
     let mut lowered = lowered;
     if let Some(lowered) = &mut lowered {
-        assets::load_meshes(lowered, files, source, &mut diagnostics);
-        assets::load_models(lowered, files, source, &mut diagnostics);
+        assets::load_meshes(lowered, files, &modules.texts, &mut diagnostics);
+        assets::load_sky(lowered, files, &modules.texts, &mut diagnostics);
+        assets::load_models(lowered, files, &modules.texts, &mut diagnostics);
     }
+    for found in &mut diagnostics {
+        modules.texts.settle(found);
+        modules.explain(found);
+    }
+    diagnostics.extend(modules.diagnostics.iter().cloned());
     let mut diagnostics = diagnostic::list(diagnostics, usize::MAX).shown;
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     match lowered {
@@ -106,7 +126,7 @@ fn internal(what: &str) -> Diagnostic {
         .help("please report it, with the scene that shows it")
 }
 
-type Done = (Option<Lowered>, Vec<Diagnostic>, Vec<Param>, Vec<(String, Span)>);
+type Done = (Option<Lowered>, Vec<Diagnostic>, Vec<Param>);
 
 /// What is nowhere written: an empty `render` block and a missing value, for what only the command line says, and what
 /// stands for mixes of materials.
@@ -129,30 +149,41 @@ impl Nothing {
     }
 }
 
-fn evaluate<'a>(
-    file: &'a ast::File,
-    source: &'a Source,
-    errors: &[Diagnostic],
-    overrides: &Overrides,
-    nothing: &'a Nothing,
-) -> Done {
-    let whole = !errors.iter().any(Diagnostic::is_error);
-    let mut machine = Machine::new(source, &nothing.mix);
-    let resolved = resolve::resolve(file, source);
+fn evaluate<'a>(modules: &'a Modules, overrides: &Overrides, nothing: &'a Nothing) -> Done {
+    let whole = !modules.diagnostics.iter().any(Diagnostic::is_error);
+    let mut machine = Machine::new(&modules.texts, &nothing.mix);
+    let resolved = resolve::resolve(modules);
     let known = !resolved.iter().any(Diagnostic::is_error);
+    let Some((own, imported)) = modules.list.split_first() else { return (None, Vec::new(), Vec::new()) };
+    let file = &own.file;
     machine.render = file.items.iter().find_map(|item| match item {
         ast::Item::Node(node) if items::kind_text(node) == "render" => Some(node),
         _ => None,
     });
     machine.fps = params::set_number(overrides, "render.fps").map(Some);
+    machine.library = resolve::is_library(&file.items);
     let globals = machine.globals.clone();
-    params::check_overrides(&mut machine, file, overrides);
-    params::declare(&mut machine, file, overrides);
-    machine.hoist(&file.items, &globals);
-    let params = params::list(&mut machine, file, overrides);
+    let scopes: Vec<Rc<Scope<'a>>> =
+        std::iter::once(globals.clone()).chain(imported.iter().map(|_| Rc::default())).collect();
+    for (module, scope) in modules.list.iter().zip(&scopes) {
+        import(module, scope, &scopes);
+    }
+    let all = params::known(modules, &scopes);
+    params::check_overrides(&mut machine, &all, overrides);
+    for (module, scope) in modules.list.iter().zip(&scopes) {
+        params::declare(&mut machine, &module.file, scope, &all, overrides);
+        machine.hoist(&module.file.items, scope);
+    }
+    let params = params::list(&mut machine, &all, overrides);
     let (mut properties, mut roots) = (Vec::new(), Vec::new());
     let mut owner = items::Owner { kind: None, properties: &mut properties, children: &mut roots };
     machine.run(&file.items, &globals, &mut owner);
+    // What an imported file shows is checked, but stands in no scene.
+    for (module, scope) in imported.iter().zip(scopes.iter().skip(1)) {
+        let (mut properties, mut nowhere) = (Vec::new(), Vec::new());
+        let mut owner = items::Owner { kind: None, properties: &mut properties, children: &mut nowhere };
+        machine.run(&module.file.items, scope, &mut owner);
+    }
     if let Some(render) = machine.slot(&nothing.render, &globals) {
         params::apply_sets(&mut machine, &mut roots, overrides, render, &nothing.value);
     }
@@ -160,12 +191,21 @@ fn evaluate<'a>(
         true => None,
         false => lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known),
     };
-    let mut diagnostics = errors.to_vec();
-    diagnostics.extend(resolved);
+    let mut diagnostics = resolved;
     diagnostics.append(&mut machine.diagnostics);
-    let imports = file.items.iter().filter_map(|item| match item {
-        ast::Item::Import(import) => import.path.as_ref().map(|path| (path.text.to_string(), path.span)),
-        _ => None,
-    });
-    (lowered, diagnostics, params, imports.collect())
+    (lowered, diagnostics, params)
+}
+
+/// Declares what a file's imports bring, before anything of its own.
+fn import<'a>(module: &'a Module, scope: &Rc<Scope<'a>>, scopes: &[Rc<Scope<'a>>]) {
+    for (import, to) in module.imports() {
+        let to = to.and_then(|to| scopes.get(to));
+        for rename in import.names.iter().flatten() {
+            let binding = to.map_or(Binding::Opaque, |to| Binding::Import(to.clone(), &rename.name.text));
+            scope.declare(&rename.alias.as_ref().unwrap_or(&rename.name).text, binding);
+        }
+        if let Some(alias) = &import.alias {
+            scope.declare(&alias.text, to.map_or(Binding::Opaque, |to| Binding::Module(to.clone())));
+        }
+    }
 }

@@ -13,8 +13,9 @@ use crate::eval::expr::same_type;
 use crate::eval::items::{Converted, convert};
 use crate::eval::machine::{Machine, NodeKind, NodeState, NodeValue, Set};
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
+use crate::modules::Modules;
 use crate::schema::{Since, Type};
-use crate::source::{FileId, Source, Span};
+use crate::source::{FileId, Source, Span, Texts};
 use crate::suggest::{all_of, suggest};
 use crate::syntax::ast::{self, Expr, ExprKind, Item};
 use crate::syntax::parse_value;
@@ -36,20 +37,62 @@ pub struct Param {
     pub doc: Option<String>,
 }
 
-/// The parameters of a file.
-pub fn list<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &Overrides) -> Vec<Param> {
-    let globals = machine.globals.clone();
+/// A parameter and how the command line calls it.
+pub struct Known<'a> {
+    /// `name`, or `module.name` where the file is imported under a name.
+    pub name: String,
+    /// What is written.
+    pub decl: &'a ast::ParamDecl,
+    /// The file's names.
+    pub scope: Rc<Scope<'a>>,
+}
+
+/// The parameters that can be set: the scene's own, and those of the files that it imports itself, by the names that
+/// they have in the scene. `scopes` are the names of each module.
+pub fn known<'a>(modules: &'a Modules, scopes: &[Rc<Scope<'a>>]) -> Vec<Known<'a>> {
+    let mut found: Vec<Known<'a>> = Vec::new();
+    let mut add = |name: String, decl: &'a ast::ParamDecl, module: usize| {
+        if let Some(scope) = scopes.get(module)
+            && !found.iter().any(|known| std::ptr::eq(known.decl, decl))
+        {
+            found.push(Known { name, decl, scope: scope.clone() });
+        }
+    };
+    let Some(own) = modules.list.first() else { return found };
+    for decl in declared(&own.file) {
+        if let Some(name) = &decl.name {
+            add(name.text.to_string(), decl, 0);
+        }
+    }
+    for (import, to) in own.imports() {
+        let Some((to, module)) = to.and_then(|to| Some((to, modules.list.get(to)?))) else { continue };
+        for decl in declared(&module.file) {
+            let Some(name) = decl.name.as_ref().filter(|name| !name.text.starts_with('_')) else { continue };
+            let named = import.names.iter().flatten().find(|rename| rename.name.text == name.text);
+            match (named, &import.alias) {
+                (Some(rename), _) => add(rename.alias.as_ref().unwrap_or(&rename.name).text.to_string(), decl, to),
+                (None, Some(alias)) => add(format!("{}.{}", alias.text, name.text), decl, to),
+                (None, None) => {}
+            }
+        }
+    }
+    found
+}
+
+/// The parameters of a scene.
+pub fn list<'a>(machine: &mut Machine<'a>, known: &[Known<'a>], overrides: &Overrides) -> Vec<Param> {
     let mut params = Vec::new();
-    for decl in declared(file) {
+    for Known { name: called, decl, scope: globals } in known {
+        let decl = *decl;
         let Some(name) = &decl.name else { continue };
         let Some(Binding::Let(cell)) = globals.own(&name.text) else { continue };
-        let mut value = machine.force_let(&cell, &globals);
+        let mut value = machine.force_let(&cell, globals);
         if cell.overridden && decl.ty.is_none() {
-            let default = machine.plain(&decl.value, &globals);
-            value = same_as_default(machine, decl, value, &default, overrides);
+            let default = machine.plain(&decl.value, globals);
+            value = same_as_default(machine, (called, decl), value, &default, overrides);
             *cell.state.borrow_mut() = LetState::Done(value.clone());
         }
-        let range = decl.range.as_ref().and_then(|range| machine.param_range(range));
+        let range = decl.range.as_ref().and_then(|range| machine.param_range(range, globals));
         if let (Some((low, high)), Value::Number(number)) = (&range, &value)
             && let Some(found) = number.value.constant()
             && !within(number, low, high)
@@ -69,7 +112,7 @@ pub fn list<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &Over
                 machine.report(diagnostic);
             } else {
                 let got = value.show();
-                let message = format!("`{}` must be within {bounds}, got {got}", name.text);
+                let message = format!("`{called}` must be within {bounds}, got {got}");
                 let diagnostic = Diagnostic::new("E0413", message).label(machine.file(), decl.span, "declared here");
                 machine.report(diagnostic);
             }
@@ -83,7 +126,7 @@ pub fn list<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &Over
             Some([low.trim().to_string(), high.trim().to_string()])
         });
         params.push(Param {
-            name: name.text.to_string(),
+            name: called.clone(),
             ty,
             default: machine.text(decl.value.span).to_string(),
             range,
@@ -93,12 +136,18 @@ pub fn list<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &Over
     params
 }
 
-/// Declares the parameters, with the values that the command line gives.
-pub fn declare<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &Overrides) {
-    let globals = machine.globals.clone();
+/// Declares the parameters of a file, with the values that the command line gives.
+pub fn declare<'a>(
+    machine: &mut Machine<'a>,
+    file: &'a ast::File,
+    scope: &Rc<Scope<'a>>,
+    known: &[Known<'a>],
+    overrides: &Overrides,
+) {
     for decl in declared(file) {
         let Some(name) = &decl.name else { continue };
-        let given = overridden(machine, decl, overrides);
+        let called = known.iter().find(|known| std::ptr::eq(known.decl, decl)).map(|known| &*known.name);
+        let given = called.and_then(|called| overridden(machine, called, decl, overrides));
         let cell = LetCell {
             name: Some(name),
             ty: decl.ty.as_ref(),
@@ -106,7 +155,7 @@ pub fn declare<'a>(machine: &mut Machine<'a>, file: &'a ast::File, overrides: &O
             overridden: given.is_some(),
             state: RefCell::new(given.map_or(LetState::Waiting, LetState::Done)),
         };
-        globals.declare(&name.text, Binding::Let(Rc::new(cell)));
+        scope.declare(&name.text, Binding::Let(Rc::new(cell)));
     }
 }
 
@@ -145,9 +194,8 @@ fn type_name(value: &Value) -> String {
 }
 
 impl<'a> Machine<'a> {
-    fn param_range(&mut self, range: &'a Expr) -> Option<(Number, Number)> {
-        let globals = self.globals.clone();
-        match self.plain(range, &globals) {
+    fn param_range(&mut self, range: &'a Expr, scope: &Rc<Scope<'a>>) -> Option<(Number, Number)> {
+        match self.plain(range, scope) {
             Value::Range(low, high) => Some((low, high)),
             Value::Error => None,
             other => {
@@ -177,7 +225,8 @@ fn outside_value(text: &str) -> Result<(Value, Option<String>), String> {
         _ => None,
     };
     let nothing = super::Nothing::new();
-    let mut machine = Machine::new(&source, &nothing.mix);
+    let texts = Texts::new(&source);
+    let mut machine = Machine::new(&texts, &nothing.mix);
     let scope = Rc::new(Scope::default());
     let value = machine.plain(&expr, &scope);
     if let Some(error) = machine.diagnostics.iter().find(|error| error.is_error()) {
@@ -193,11 +242,15 @@ fn outside_value(text: &str) -> Result<(Value, Option<String>), String> {
 }
 
 /// The value that `-D` gives a parameter.
-pub fn overridden(machine: &mut Machine<'_>, decl: &ast::ParamDecl, overrides: &Overrides) -> Option<Value> {
-    let name = decl.name.as_ref()?;
-    let (_, text) = overrides.params.iter().rev().find(|(given, _)| **given == *name.text)?;
+pub fn overridden(
+    machine: &mut Machine<'_>,
+    called: &str,
+    decl: &ast::ParamDecl,
+    overrides: &Overrides,
+) -> Option<Value> {
+    let (_, text) = overrides.params.iter().rev().find(|(given, _)| given == called)?;
     let names: Vec<&str> = decl.ty.iter().flat_map(|ty| &ty.names).map(|name| &*name.text).collect();
-    let wrong = |reason: String| format!("`-D {}={text}`: {reason}", name.text);
+    let wrong = |reason: String| format!("`-D {called}={text}`: {reason}");
     let result = match outside_value(text) {
         Err(reason) => Err(wrong(reason)),
         Ok((value, word)) => match convert(&value, &names, &|_| NodeKind::Unknown) {
@@ -232,9 +285,9 @@ fn expected(names: &[&str]) -> Option<String> {
 }
 
 /// Reports `-D` names that are no parameters.
-pub fn check_overrides(machine: &mut Machine<'_>, file: &ast::File, overrides: &Overrides) {
+pub fn check_overrides(machine: &mut Machine<'_>, known: &[Known<'_>], overrides: &Overrides) {
     for (name, text) in &overrides.params {
-        let known: Vec<&str> = declared(file).filter_map(|decl| decl.name.as_ref()).map(|name| &*name.text).collect();
+        let known: Vec<&str> = known.iter().map(|known| &*known.name).collect();
         if known.contains(&&**name) {
             continue;
         }
@@ -251,7 +304,7 @@ pub fn check_overrides(machine: &mut Machine<'_>, file: &ast::File, overrides: &
 /// The `-D` value, if it may stand where the default stood.
 fn same_as_default(
     machine: &mut Machine<'_>,
-    decl: &ast::ParamDecl,
+    (name, decl): (&str, &ast::ParamDecl),
     value: Value,
     default: &Value,
     overrides: &Overrides,
@@ -259,7 +312,6 @@ fn same_as_default(
     if value.is_error() || default.is_error() || same_type(default, &value) {
         return value;
     }
-    let name = decl.name.as_ref().map_or("", |name| &name.text);
     let text = overrides.params.iter().rev().find(|(given, _)| given == name).map_or("", |(_, text)| text);
     let message = format!("`-D {name}={text}`: expected {}", default.with_article());
     let diagnostic = Diagnostic::new("E0414", message).label(machine.file(), decl.span, "declared here");

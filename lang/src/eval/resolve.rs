@@ -10,26 +10,84 @@ use crate::dimension;
 use crate::eval::coerce::{nearest_word, wrong_word};
 use crate::eval::expr::short_text;
 use crate::eval::items::{TYPES, kind_text, set_twice};
+use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
-use crate::source::{FileId, Source, Span};
+use crate::source::{FileId, Span, Texts};
 use crate::suggest::{all_of, suggest};
 use crate::syntax::ast::{self, Expr, ExprKind, Item, Name};
 
-/// What is wrong with the names of a file.
-pub fn resolve(file: &ast::File, source: &Source) -> Vec<Diagnostic> {
-    let mut resolver = Resolver {
-        source,
-        scopes: Vec::new(),
-        found: Vec::new(),
-        unknown: BTreeMap::new(),
-        siblings: Vec::new(),
-        lets: Vec::new(),
-        inside: Vec::new(),
-        early: Vec::new(),
+/// What is wrong with the names of a scene and of the files that it imports.
+pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
+    let offers: Vec<Offers<'_>> = modules.list.iter().map(|module| offers(&module.file.items)).collect();
+    let mut all = Vec::new();
+    for (at, module) in modules.list.iter().enumerate() {
+        let mut resolver = Resolver {
+            source: &modules.texts,
+            modules,
+            offers: &offers,
+            imports: module.imports().map(|(import, to)| (import.span.start, to)).collect(),
+            hoisting: false,
+            library: at > 0 || is_library(&module.file.items),
+            scopes: Vec::new(),
+            found: Vec::new(),
+            unknown: BTreeMap::new(),
+            siblings: Vec::new(),
+            lets: Vec::new(),
+            inside: Vec::new(),
+            early: Vec::new(),
+        };
+        resolver.head(&module.file);
+        resolver.block(&module.file.items, Where::Top, false);
+        all.append(&mut resolver.finish());
+    }
+    all
+}
+
+/// Whether a file only declares what others use: it shows nothing, and that is no mistake.
+pub fn is_library(items: &[Item]) -> bool {
+    let material = |node: &ast::Node| {
+        node.name.is_some() && schema::kind(&kind_text(node)).is_some_and(|kind| kind.sort == Sort::Material)
     };
-    resolver.head(file);
-    resolver.block(&file.items, Where::Top, false);
-    resolver.finish()
+    let declares = |item: &Item| match item {
+        Item::Fn(_) | Item::Prefab(_) => true,
+        Item::Node(node) => material(node),
+        _ => false,
+    };
+    let only =
+        |item: &Item| declares(item) || matches!(item, Item::Let(_) | Item::Param(_) | Item::Import(_) | Item::Lang(_));
+    items.iter().all(only) && items.iter().any(declares)
+}
+
+/// What a file declares at its top level.
+type Offers<'a> = BTreeMap<&'a str, Declared<'a>>;
+
+fn offers(items: &[Item]) -> Offers<'_> {
+    let mut offers = Offers::new();
+    let prefabs: HashSet<&str> = items
+        .iter()
+        .filter_map(|item| match item {
+            Item::Prefab(decl) => decl.name.as_ref().map(|name| &*name.text),
+            _ => None,
+        })
+        .collect();
+    for item in items {
+        let (name, what) = match item {
+            Item::Let(decl) => (&decl.name, Declared::Value),
+            Item::Param(decl) => (&decl.name, Declared::Param),
+            Item::Fn(decl) => (&decl.name, Declared::Fn(decl)),
+            Item::Prefab(decl) => (&decl.name, Declared::Prefab(decl)),
+            Item::Node(node) => {
+                let kind = kind_text(node);
+                let kind = if prefabs.contains(&*kind) { None } else { schema::kind(&kind) };
+                (&node.name, Declared::Node(kind))
+            }
+            _ => continue,
+        };
+        if let Some(name) = name {
+            offers.entry(&*name.text).or_insert(what);
+        }
+    }
+    offers
 }
 
 /// What a name is declared as.
@@ -42,12 +100,17 @@ enum Declared<'a> {
     Fn(&'a ast::FnDecl),
     Prefab(&'a ast::PrefabDecl),
     Node(Option<&'static Kind>),
+    /// A `let` of another file.
+    Value,
+    /// An imported file under a name of its own.
+    Module(usize),
+    /// An import that leads nowhere, which is reported.
     Import,
 }
 
 impl Declared<'_> {
     fn is_variable(&self) -> bool {
-        matches!(self, Declared::Let(_) | Declared::Param | Declared::Formal | Declared::Loop)
+        matches!(self, Declared::Let(_) | Declared::Param | Declared::Formal | Declared::Loop | Declared::Value)
     }
 }
 
@@ -55,6 +118,8 @@ struct Decl<'a> {
     what: Declared<'a>,
     span: Span,
     used: bool,
+    /// Of an import: what to take out so that it is gone.
+    import: Option<Span>,
 }
 
 #[derive(Default)]
@@ -81,7 +146,15 @@ enum Where {
 }
 
 struct Resolver<'a> {
-    source: &'a Source,
+    source: &'a Texts,
+    modules: &'a Modules,
+    offers: &'a [Offers<'a>],
+    /// The module that each import of the file leads to, by where the import starts.
+    imports: HashMap<u32, Option<usize>>,
+    /// What the file declares is for other files.
+    library: bool,
+    /// Names of an import are being declared.
+    hoisting: bool,
     scopes: Vec<Names<'a>>,
     found: Vec<Diagnostic>,
     /// Unknown names: the first report and where else they are used.
@@ -173,6 +246,7 @@ impl<'a> Resolver<'a> {
     /// The `lang` line and the imports.
     fn head(&mut self, file: &'a ast::File) {
         let file_id = self.file();
+        let start = file.span.start;
         let lang = file.items.iter().find_map(|item| match item {
             Item::Lang(lang) => Some(lang),
             _ => None,
@@ -180,8 +254,8 @@ impl<'a> Resolver<'a> {
         match lang {
             None => self.report(
                 Diagnostic::new("W0710", "no `lang` line, assuming version 1")
-                    .primary(file_id, Span::at(0), "the first line says the version")
-                    .fix(Applicability::Safe, "add `lang 1`", file_id, Span::at(0), "lang 1\n\n"),
+                    .primary(file_id, Span::at(start), "the first line says the version")
+                    .fix(Applicability::Safe, "add `lang 1`", file_id, Span::at(start), "lang 1\n\n"),
             ),
             Some(lang) => {
                 if let ExprKind::Number(number) = &lang.version.kind
@@ -201,14 +275,24 @@ impl<'a> Resolver<'a> {
             }
         }
         let mut late = false;
+        let mut head = None;
         for item in &file.items {
             match item {
-                Item::Import(import) if late => self.report(
-                    Diagnostic::new("E0707", "imports must come first")
-                        .primary(file_id, import.span, "after other items")
-                        .help("move it up, below `lang`"),
-                ),
-                Item::Import(_) | Item::Lang(_) => {}
+                Item::Import(import) if late => {
+                    let text = self.source.slice(import.span);
+                    let (place, text) = match head {
+                        Some(end) => (Span::at(end), format!("\n{text}")),
+                        None => (Span::at(start), format!("{text}\n")),
+                    };
+                    let edits = [(place, text), (import.span, String::new())];
+                    let edits = edits.map(|(span, insert)| Edit { file: file_id, span, insert });
+                    self.report(
+                        Diagnostic::new("E0707", "imports must come first")
+                            .primary(file_id, import.span, "after other items")
+                            .fix_edits(Applicability::Safe, "move it up, below `lang`", edits.into()),
+                    );
+                }
+                Item::Import(_) | Item::Lang(_) => head = Some(item.span().end),
                 _ => late = true,
             }
         }
@@ -224,15 +308,27 @@ impl<'a> Resolver<'a> {
     /// Ends a scope: what was never used in it?
     fn leave(&mut self) {
         let Some(scope) = self.scopes.pop() else { return };
+        let offered = self.library && self.scopes.is_empty();
         for name in &scope.order {
             let Some(decl) = scope.names.get(name) else { continue };
             let counts = match decl.what {
-                Declared::Let(_) | Declared::Param | Declared::Prefab(_) | Declared::Import => true,
+                // One that leads nowhere is reported already.
+                Declared::Import => false,
+                _ if decl.import.is_some() => true,
+                _ if offered => false,
+                Declared::Let(_) | Declared::Param | Declared::Prefab(_) => true,
                 Declared::Node(kind) => kind.is_some_and(|kind| kind.sort == Sort::Material),
                 _ => false,
             };
             if counts && !decl.used && !name.starts_with('_') {
                 let file = self.file();
+                if let Some(span) = decl.import {
+                    let diagnostic = Diagnostic::new("W0201", format!("`{name}` is never used"))
+                        .primary(file, decl.span, "imported, but never used")
+                        .fix(Applicability::Safe, "remove it", file, span, "");
+                    self.report(diagnostic);
+                    continue;
+                }
                 let fix = format!("remove it, or name it `_{name}`");
                 let diagnostic = Diagnostic::new("W0201", format!("`{name}` is never used"))
                     .primary(file, decl.span, "never used")
@@ -285,7 +381,103 @@ impl<'a> Resolver<'a> {
             return;
         }
         scope.order.push(text);
-        scope.names.insert(text, Decl { what, span: name.span, used: false });
+        scope.names.insert(text, Decl { what, span: name.span, used: false, import: None });
+    }
+
+    /// Declares what an import brings.
+    fn hoist_import(&mut self, import: &'a ast::ImportDecl) {
+        let to = self.imports.get(&import.span.start).copied().flatten();
+        let names = import.names.as_deref().unwrap_or(&[]);
+        let whole = |rename: &ast::Rename| rename.name.span.to(rename.alias.as_ref().unwrap_or(&rename.name).span);
+        let brings = names.len() + usize::from(import.alias.is_some());
+        for (i, rename) in names.iter().enumerate() {
+            self.hoisting = true;
+            let what = to.map_or(Declared::Import, |to| self.offered(to, &rename.name));
+            self.hoisting = false;
+            // With the comma behind it, or, of the last one, before it.
+            let own = whole(rename);
+            let span = match (names.get(i + 1), i.checked_sub(1).and_then(|before| names.get(before))) {
+                _ if brings == 1 => import.span,
+                (Some(next), _) => Span::new(own.start, whole(next).start),
+                (None, Some(before)) => Span::new(whole(before).end, own.end),
+                (None, None) => own,
+            };
+            self.declare_import(rename.alias.as_ref().unwrap_or(&rename.name), what, span);
+        }
+        if let Some(alias) = &import.alias {
+            let span = if brings == 1 { import.span } else { alias.span };
+            self.declare_import(alias, to.map_or(Declared::Import, Declared::Module), span);
+        }
+    }
+
+    fn declare_import(&mut self, name: &'a Name, what: Declared<'a>, span: Span) {
+        self.declare(name, what);
+        let declared = self.scopes.last_mut().and_then(|scope| scope.names.get_mut(&*name.text));
+        if let Some(declared) = declared.filter(|declared| declared.span == name.span) {
+            declared.import = Some(span);
+        }
+    }
+
+    /// What a module declares by this name; E0216 and E0706.
+    fn offered(&mut self, module: usize, name: &'a Name) -> Declared<'a> {
+        let text = &*name.text;
+        let modules = self.modules;
+        let (Some(offers), Some(other)) = (self.offers.get(module), modules.list.get(module)) else {
+            return Declared::Import;
+        };
+        let path = &*other.source.name;
+        let file = self.file();
+        match offers.get(text) {
+            Some(_) if text.starts_with('_') => {
+                if self.first_use(path, name) {
+                    let diagnostic = Diagnostic::new("E0216", format!("`{text}` is private to {path}"))
+                        .primary(file, name.span, "for that file alone")
+                        .help("names that start with `_` are private: rename it there, if others may use it");
+                    self.report(diagnostic);
+                }
+                Declared::Import
+            }
+            Some(what) => *what,
+            None => {
+                if self.first_use(path, name) {
+                    let diagnostic = Diagnostic::new("E0706", format!("`{path}` has no `{text}`")).primary(
+                        file,
+                        name.span,
+                        "not declared there",
+                    );
+                    let public: Vec<&str> = offers.keys().copied().filter(|name| !name.starts_with('_')).collect();
+                    let passes = |(import, to): (&ast::ImportDecl, Option<usize>)| {
+                        let mut names = import.names.iter().flatten();
+                        let here = names.find(|name| *name.alias.as_ref().unwrap_or(&name.name).text == *text)?;
+                        Some((modules.list.get(to?)?, here.name.text.clone()))
+                    };
+                    let diagnostic =
+                        match (suggest(text, public.iter().copied()).first(), other.imports().find_map(passes)) {
+                            (_, Some((origin, there))) => {
+                                let origin = &origin.source.name;
+                                diagnostic.help(format!("it imports it itself: import `{there}` from \"{origin}\""))
+                            }
+                            (Some(near), _) => {
+                                let help = format!("did you mean `{near}`?");
+                                // Where it is imported by name, its uses have that name, too.
+                                let sure = if self.hoisting { Applicability::Maybe } else { Applicability::Safe };
+                                diagnostic.fix(sure, help, file, name.span, *near)
+                            }
+                            (None, _) if public.is_empty() => {
+                                diagnostic.note("it declares nothing that others may use")
+                            }
+                            (None, _) => {
+                                const SHOWN: usize = 12;
+                                let more = if public.len() > SHOWN { " and more" } else { "" };
+                                let names = public.iter().take(SHOWN).copied();
+                                diagnostic.help(format!("it has {}{more}", all_of(names)))
+                            }
+                        };
+                    self.report(diagnostic);
+                }
+                Declared::Import
+            }
+        }
     }
 
     fn hoist(&mut self, items: &'a [Item]) {
@@ -297,14 +489,7 @@ impl<'a> Resolver<'a> {
                         self.declare(name, Declared::Prefab(decl));
                     }
                 }
-                Item::Import(import) => {
-                    for rename in import.names.iter().flatten() {
-                        self.declare(rename.alias.as_ref().unwrap_or(&rename.name), Declared::Import);
-                    }
-                    if let Some(alias) = &import.alias {
-                        self.declare(alias, Declared::Import);
-                    }
-                }
+                Item::Import(import) => self.hoist_import(import),
                 _ => {}
             }
         }
@@ -590,14 +775,31 @@ impl<'a> Resolver<'a> {
         }
         let Some(first) = node.kind.segments.first() else { return };
         if node.kind.segments.len() > 1 {
-            if self.use_name(&first.text, |decl| matches!(decl, Declared::Import)).is_none() {
-                let message = format!("no module named `{}` here", first.text);
-                let diagnostic = Diagnostic::new("E0203", message)
-                    .primary(self.file(), first.span, "not an import")
-                    .help("add `import \"file.kin\" as name`");
-                self.report(diagnostic);
-            }
-            return self.body(node, Where::Nowhere);
+            return match self.member(&node.kind) {
+                Some(Declared::Prefab(decl)) => {
+                    if let Some(Where::Function) = place {
+                        self.no_node_here(first);
+                    }
+                    self.prefab_call(node, decl);
+                }
+                Some(Declared::Import) => self.body(node, Where::Nowhere),
+                other => {
+                    let text = kind_text(node);
+                    let mut diagnostic = Diagnostic::new("E0202", format!("unknown kind `{text}`")).primary(
+                        self.file(),
+                        node.kind.span,
+                        "not a prefab",
+                    );
+                    if let Some(Declared::Node(kind)) = other {
+                        let kind = kind.map_or("kind", |kind| kind.name);
+                        diagnostic = diagnostic.help(format!("copy it: `{kind} like {text} {{ }}`"));
+                    }
+                    if other.is_some() {
+                        self.report(diagnostic);
+                    }
+                    self.body(node, Where::Nowhere)
+                }
+            };
         }
         let used = self.use_name(&first.text, |decl| matches!(decl, Declared::Prefab(_) | Declared::Import));
         match used {
@@ -620,6 +822,27 @@ impl<'a> Resolver<'a> {
                     self.body(node, Where::Nowhere);
                 }
             },
+        }
+    }
+
+    /// What `module.name` stands for: reported where it is nothing. `None` where there is no such module.
+    fn member(&mut self, path: &'a ast::Path) -> Option<Declared<'a>> {
+        let (first, second) = (path.segments.first()?, path.segments.get(1)?);
+        let module = |decl: &Declared<'_>| matches!(decl, Declared::Module(_) | Declared::Import);
+        match self.use_name(&first.text, module) {
+            Some((Declared::Module(module), ..)) => {
+                let what = self.offered(module, second);
+                Some(if path.segments.len() > 2 && !matches!(what, Declared::Import) { Declared::Loop } else { what })
+            }
+            Some(_) => Some(Declared::Import),
+            None => {
+                let message = format!("no module named `{}` here", first.text);
+                let diagnostic = Diagnostic::new("E0203", message)
+                    .primary(self.file(), first.span, "not an import")
+                    .help("add `import \"file.kin\" as name`");
+                self.report(diagnostic);
+                None
+            }
         }
     }
 
@@ -739,7 +962,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn prefab_call(&mut self, node: &'a ast::Node, decl: &'a ast::PrefabDecl) {
-        let prefab = decl.name.as_ref().map_or("", |name| &name.text);
+        let prefab = &*kind_text(node);
         let file = self.file();
         let mut given: HashMap<&str, Span> = HashMap::new();
         let all: HashSet<&str> = node
@@ -897,6 +1120,9 @@ impl<'a> Resolver<'a> {
         }
         let used = self.use_name(name, |decl| !matches!(decl, Declared::Fn(_) | Declared::Prefab(_)));
         if let Some((what, span, crossed)) = used {
+            if let Declared::Module(module) = what {
+                return self.value_of(module, path, wanted);
+            }
             if let Declared::Let(id) = what {
                 if let Some(inside) = self.inside.last() {
                     self.lets[*inside].push(id);
@@ -923,6 +1149,28 @@ impl<'a> Resolver<'a> {
         self.unknown_value(first, wanted);
     }
 
+    /// A value out of a module.
+    fn value_of(&mut self, module: usize, path: &'a ast::Path, wanted: Wanted) {
+        let file = self.file();
+        let Some(name) = path.segments.get(1) else {
+            let text = self.source.slice(path.span);
+            let diagnostic = Diagnostic::new("E0204", format!("`{text}` is a file, expected a {}", wanted.what))
+                .primary(file, path.span, "an imported file")
+                .help(format!("say what of it: `{text}.name`"));
+            return self.report(diagnostic);
+        };
+        let (what, help) = match self.offered(module, name) {
+            Declared::Fn(_) => ("function", "(..)"),
+            Declared::Prefab(_) => ("prefab", " { .. }"),
+            _ => return,
+        };
+        let text = short_text(self.source.slice(path.segments[0].span.to(name.span)));
+        let diagnostic = Diagnostic::new("E0204", format!("`{text}` is a {what}, expected a {}", wanted.what))
+            .primary(file, path.span, format!("a {what}"))
+            .help(format!("call it: `{text}{help}`"));
+        self.report(diagnostic);
+    }
+
     fn unknown_value(&mut self, name: &'a Name, wanted: Wanted) {
         if !self.first_use(wanted.what, name) {
             return;
@@ -936,7 +1184,7 @@ impl<'a> Resolver<'a> {
             return self.report(diagnostic);
         }
         let fits = |decl: &Declared<'_>| match (wanted.sort, decl) {
-            (_, Declared::Fn(_) | Declared::Prefab(_) | Declared::Import) => false,
+            (_, Declared::Fn(_) | Declared::Prefab(_) | Declared::Import | Declared::Module(_)) => false,
             (Some(sort), Declared::Node(Some(kind))) => kind.sort == sort,
             (None, Declared::Node(_)) => wanted.what == "node",
             _ => true,
@@ -979,24 +1227,34 @@ impl<'a> Resolver<'a> {
             }
         };
         let Some(name) = path.segments.first() else { return };
+        let text = short_text(self.source.slice(path.span));
         if path.segments.len() > 1 {
-            if self.use_name(&name.text, |decl| matches!(decl, Declared::Import)).is_none() {
+            let is_module = |decl: &Declared<'_>| matches!(decl, Declared::Module(_) | Declared::Import);
+            if self.find(&name.text, is_module).is_none() {
                 let diagnostic =
-                    Diagnostic::new("E0210", format!("no function `{}`", short_text(self.source.slice(path.span))))
-                        .primary(file, path.span, "not found");
-                self.report(diagnostic);
+                    Diagnostic::new("E0210", format!("no function `{text}`")).primary(file, path.span, "not found");
+                return self.report(diagnostic);
+            }
+            match self.member(path) {
+                Some(Declared::Fn(decl)) => self.own_arguments(&text, decl, args, span),
+                None | Some(Declared::Import) => {}
+                Some(what) => {
+                    let mut diagnostic = Diagnostic::new("E0210", format!("`{text}` is not a function")).primary(
+                        file,
+                        path.span,
+                        "cannot be called",
+                    );
+                    if let Declared::Prefab(_) = what {
+                        diagnostic = diagnostic.help(format!("nodes are written with braces: `{text} {{ .. }}`"));
+                    }
+                    self.report(diagnostic);
+                }
             }
             return;
         }
         let used = self.use_name(&name.text, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
         match used {
-            Some((Declared::Fn(decl), ..)) => {
-                let params: Vec<(&str, bool)> =
-                    decl.params.iter().map(|formal| (&*formal.name.text, formal.default.is_some())).collect();
-                let list: Vec<&str> = params.iter().map(|param| param.0).collect();
-                let signature = format!("{}({})", name.text, list.join(", "));
-                self.arguments(&name.text, &params, false, args, span, signature, Some(decl.head));
-            }
+            Some((Declared::Fn(decl), ..)) => self.own_arguments(&text, decl, args, span),
             Some(_) => {}
             None => match builtin::find(&name.text) {
                 Some(function) => {
@@ -1007,6 +1265,14 @@ impl<'a> Resolver<'a> {
                 None => self.unknown_function(name),
             },
         }
+    }
+
+    fn own_arguments(&mut self, name: &str, decl: &'a ast::FnDecl, args: &'a [ast::Arg], span: Span) {
+        let params: Vec<(&str, bool)> =
+            decl.params.iter().map(|formal| (&*formal.name.text, formal.default.is_some())).collect();
+        let list: Vec<&str> = params.iter().map(|param| param.0).collect();
+        let signature = format!("{name}({})", list.join(", "));
+        self.arguments(name, &params, false, args, span, signature, Some(decl.head));
     }
 
     fn unknown_function(&mut self, name: &'a Name) {

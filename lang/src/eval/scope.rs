@@ -20,7 +20,11 @@ pub enum Binding<'a> {
     Prefab(&'a ast::PrefabDecl),
     /// A named node.
     Node(NodeId),
-    /// Something that is reported already, such as an import.
+    /// An imported file, by what it declares.
+    Module(Rc<Scope<'a>>),
+    /// A name of an imported file.
+    Import(Rc<Scope<'a>>, &'a str),
+    /// Something that is reported already, such as an import that leads nowhere.
     Opaque,
 }
 
@@ -81,11 +85,39 @@ impl<'a> Scope<'a> {
     ) -> Option<(Rc<Scope<'a>>, Binding<'a>)> {
         let mut scope = Some(self);
         while let Some(here) = scope {
-            if let Some(binding) = here.own(name).filter(&wanted) {
-                return Some((here.clone(), binding));
+            match here.own(name) {
+                Some(Binding::Import(module, original)) => {
+                    if let Some(binding) = module.offered(original).filter(&wanted) {
+                        return Some((module, binding));
+                    }
+                }
+                Some(binding) if wanted(&binding) => return Some((here.clone(), binding)),
+                _ => {}
             }
             scope = here.parent.as_ref();
         }
         None
+    }
+
+    /// What a file's scope has for others: what it declares, and not what it imports.
+    fn offered(&self, name: &str) -> Option<Binding<'a>> {
+        self.own(name).filter(|binding| !matches!(binding, Binding::Module(_) | Binding::Import(..)))
+    }
+
+    /// As [`Scope::find`] for `name`, or for `module.name`, and how many names of the path that is.
+    pub fn find_path(
+        self: &Rc<Scope<'a>>,
+        path: &[ast::Name],
+        wanted: impl Fn(&Binding<'a>) -> bool,
+    ) -> Option<(Rc<Scope<'a>>, Binding<'a>, usize)> {
+        let first = path.first()?;
+        let module = |binding: &Binding<'a>| path.len() > 1 && matches!(binding, Binding::Module(_));
+        match self.find(&first.text, |binding| module(binding) || wanted(binding))? {
+            (_, Binding::Module(module)) => {
+                let binding = module.offered(&path.get(1)?.text).filter(wanted)?;
+                Some((module, binding, 2))
+            }
+            (scope, binding) => Some((scope, binding, 1)),
+        }
     }
 }

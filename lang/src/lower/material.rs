@@ -242,7 +242,14 @@ impl<'a> Lower<'_, 'a> {
     }
 
     /// E0206: two properties that say the same.
-    fn not_both(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, a_kind: &str, names: [&str; 2], what: &str) {
+    pub(super) fn not_both(
+        &mut self,
+        id: NodeId,
+        node: &Rc<NodeValue<'a>>,
+        a_kind: &str,
+        names: [&str; 2],
+        what: &str,
+    ) {
         let [one, other] = names;
         let (Some(first), Some(second)) = (read::set(node, one), read::set(node, other)) else { return };
         let file = self.machine.file();

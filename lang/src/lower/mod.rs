@@ -1,6 +1,7 @@
 //! Evaluated nodes to a [`Scene`]: what has a place in it, in which order, and what only the whole scene can tell.
 
 mod camera;
+mod light;
 mod material;
 mod model;
 mod place;
@@ -10,20 +11,20 @@ mod shape;
 mod space;
 
 use std::collections::HashMap;
-use std::rc::Rc;
 
-use kinora_scene::{Animated, Clock, Look, Material, Node, Render, Scene, Sky, Tonemap};
+use kinora_scene::{Animated, Clock, Light, LightKind, Look, Material, Node, Render, Scene, SkyLight, Tonemap};
 
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::eval::coerce::Data;
 use crate::eval::items::kind_text;
 use crate::eval::limits;
-use crate::eval::machine::{Machine, NodeKind, NodeValue};
+use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Since, Sort};
 use crate::source::Span;
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
+pub use light::SkyRequest;
 use material::MadeOf;
 pub use material::shining;
 pub use model::{InnerRequest, InnerUse, ModelRequest};
@@ -35,6 +36,8 @@ pub struct Lowered {
     pub scene: Scene,
     /// The meshes that come from files.
     pub meshes: Vec<MeshRequest>,
+    /// The picture of its sky.
+    pub sky: Option<SkyRequest>,
     /// The models that come from files.
     pub models: Vec<ModelRequest>,
     /// What refers into them.
@@ -51,6 +54,8 @@ struct Found {
     render: Vec<NodeId>,
     cameras: Vec<(NodeId, Option<usize>)>,
     skies: Vec<NodeId>,
+    /// Suns and lamps with what they are written in.
+    lights: Vec<(NodeId, Option<usize>)>,
     /// Shapes, groups and named prefabs with what they are written in.
     placed: Vec<(NodeId, Option<usize>)>,
     /// Something could not be read: nothing can be said about what is missing.
@@ -75,6 +80,7 @@ struct Lower<'m, 'a> {
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
+    sky_picture: Option<SkyRequest>,
     models: Vec<ModelRequest>,
     inner: Vec<InnerRequest>,
 }
@@ -84,6 +90,13 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
     let mut found = Found { unknown: !whole, ..Found::default() };
     for id in roots {
         gather(machine, *id, None, 0, &mut found);
+    }
+    // A camera that is chosen is in the scene, wherever it is declared.
+    if let Some(render) = found.render.first().and_then(|id| machine.done(*id))
+        && let Some(id) = read::node(read::data(&render, "camera"))
+        && found.cameras.iter().all(|(camera, _)| *camera != id)
+    {
+        found.cameras.push((id, None));
     }
     if let Some(id) = found.too_many {
         let span = machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
@@ -100,6 +113,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),
+        sky_picture: None,
         models: Vec::new(),
         inner: Vec::new(),
     };
@@ -126,6 +140,7 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, 
             Sort::Render => found.render.push(id),
             Sort::Camera => found.cameras.push((id, parent)),
             Sort::Sky => found.skies.push(id),
+            Sort::Light => found.lights.push((id, parent)),
             Sort::Shape | Sort::Group => {
                 inner = Some(found.placed.len());
                 found.placed.push((id, parent));
@@ -165,16 +180,27 @@ impl<'a> Lower<'_, 'a> {
             None => (Render::default(), Look { exposure: 0.0.into(), tonemap: Tonemap::Agx }, Clock::default()),
         };
         let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
+        let lights = self.lights();
         let wanted = camera.filter(|_| !self.models.is_empty()).map(String::from);
         let camera = self.which_camera(camera);
-        let scene =
-            Scene { render, look, clock, cameras, camera, nodes, materials: std::mem::take(&mut self.materials), sky };
+        let scene = Scene {
+            render,
+            look,
+            clock,
+            cameras,
+            camera,
+            nodes,
+            materials: std::mem::take(&mut self.materials),
+            sky,
+            lights,
+        };
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);
         self.what_is_missing(&scene, &shining);
         Lowered {
             scene,
             meshes: std::mem::take(&mut self.meshes),
+            sky: self.sky_picture.take(),
             models: std::mem::take(&mut self.models),
             inner: std::mem::take(&mut self.inner),
             wanted: wanted.filter(|_| camera.is_none()),
@@ -251,7 +277,7 @@ impl<'a> Lower<'_, 'a> {
         }
         match self.found.cameras.as_slice() {
             // A model may have one.
-            [] if self.found.unknown || !self.models.is_empty() => None,
+            [] if self.found.unknown || self.machine.library || !self.models.is_empty() => None,
             [] => {
                 let end = self.machine.source.len();
                 let text = "camera main { position: (0, 1, 4), look_at: (0, 0, 0) }";
@@ -279,23 +305,15 @@ impl<'a> Lower<'_, 'a> {
         }
     }
 
-    fn sky(&mut self, node: &Rc<NodeValue<'a>>) -> Sky<Animated> {
-        Sky {
-            color: read::track(self.machine, node, "color"),
-            strength: read::track(self.machine, node, "strength"),
-            visible: read::flag(node, "visible"),
-        }
-    }
-
     /// E0503 and W0402.
     fn what_is_missing(&mut self, scene: &Scene, shining: &[bool]) {
         // What a model has is not known yet.
-        if self.found.unknown || !self.models.is_empty() {
+        if self.found.unknown || self.machine.library || !self.models.is_empty() {
             return;
         }
         let file = self.machine.file();
         let shapes = scene.nodes.iter().any(|node| node.shape.is_some());
-        if !shapes && scene.sky.is_none() {
+        if !shapes && scene.sky.is_none() && scene.lights.is_empty() {
             let diagnostic = Diagnostic::new("E0503", "the scene has no geometry")
                 .primary(file, Span::at(0), "there is nothing to see here")
                 .help("add a shape, for example `sphere { radius: 0.5 }`");
@@ -304,10 +322,32 @@ impl<'a> Lower<'_, 'a> {
         }
         let shines = |node: &Node| node.shape.is_some() && shining.get(node.material) == Some(&true);
         let emitter = scene.nodes.iter().any(shines);
-        let sky = scene.sky.as_ref().is_some_and(|sky| {
-            sky.color.constant().is_none_or(|color| color.max_element() > 0.0) && sky.strength.constant() != Some(&0.0)
+        // A sky whose light is in error is dark only because of that.
+        let failed = self.found.skies.iter().filter_map(|id| self.machine.done(*id)).any(|node| {
+            let light = node
+                .properties
+                .iter()
+                .filter(|set| ["color", "strength", "file", "model"].contains(&set.property.name));
+            light.into_iter().any(|set| set.data.is_none())
         });
-        if !emitter && !sky {
+        if failed {
+            return;
+        }
+        let sky = scene.sky.as_ref().is_some_and(|sky| {
+            let light = match &sky.light {
+                SkyLight::Color(color) => color.constant().is_none_or(|color| color.max_element() > 0.0),
+                SkyLight::Map { .. } | SkyLight::Nishita { .. } => true,
+            };
+            // A picture is put in later.
+            (light || self.sky_picture.is_some()) && sky.strength.constant() != Some(&0.0)
+        });
+        let lamp = |light: &Light<Animated>| {
+            let (LightKind::Sun { irradiance: amount, .. }
+            | LightKind::Point { power: amount, .. }
+            | LightKind::Spot { power: amount, .. }) = &light.kind;
+            amount.constant() != Some(&0.0) && light.color.max_element() > 0.0
+        };
+        if !emitter && !sky && !scene.lights.iter().any(lamp) {
             let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
                 .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
             self.machine.report(diagnostic);

@@ -78,9 +78,9 @@ pub static KINDS: &[Kind] = &[
     kind("render", Sort::Render, &[RENDER], "how the picture is made; once per entry file"),
     kind("camera", Sort::Camera, &[CAMERA], "looks along its own -z, x to the right, y up"),
     kind("sky", Sort::Sky, &[SKY], "light from infinitely far away; at most one"),
-    kind("sun", Sort::Light, &[SUN], "light from one direction").later(),
-    kind("point_light", Sort::Light, &[POINT_LIGHT], "light from one point").later(),
-    kind("spot_light", Sort::Light, &[POINT_LIGHT, SPOT_LIGHT], "light in a cone").later(),
+    kind("sun", Sort::Light, &[SUN], "light from one direction"),
+    kind("point_light", Sort::Light, &[POINT_LIGHT], "light from one point"),
+    kind("spot_light", Sort::Light, &[POINT_LIGHT, SPOT_LIGHT], "light in a cone"),
     kind("diffuse", Sort::Material, &[DIFFUSE, MATERIAL], "a matt surface: energy-preserving Oren-Nayar"),
     kind("metal", Sort::Material, &[METAL, MATERIAL], "a GGX conductor"),
     kind("dielectric", Sort::Material, &[DIELECTRIC, MATERIAL], "glass, water"),
@@ -200,33 +200,38 @@ const SKY: &[Property] = &[
     row("color", Type::Color, ZERO, "radiance in every direction").check(Check::AtLeast0).moving(),
     row("strength", NUMBER, ONE, "scales the light").check(Check::AtLeast0).moving(),
     row("visible", Type::Bool, Default::Bool(true), "whether the camera itself sees it"),
-    row("file", Type::Text, Default::Computed, "an equirectangular picture, HDR or EXR").later(),
-    row("rotation", ANGLE, ZERO, "turns it about +y").moving().later(),
-    row("model", Type::Choice(&[later("nishita")]), Default::Computed, "a computed sky"),
-    row("sun_elevation", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "height of the sun").later(),
-    row("sun_azimuth", ANGLE, ZERO, "from -z towards +x").later(),
-    row("turbidity", NUMBER, ONE, "haze").later(),
+    row("file", Type::Text, Default::Computed, "an equirectangular picture, HDR or EXR"),
+    row("rotation", ANGLE, ZERO, "turns the picture about +y").moving(),
+    row("model", Type::Choice(&[now("nishita")]), Default::Computed, "a computed sky"),
+    row("sun_elevation", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "height of the sun").moving(),
+    row("sun_azimuth", ANGLE, ZERO, "from -z towards +x").moving(),
+    row("turbidity", NUMBER, ONE, "haze").check(Check::AtLeast0).moving(),
 ];
 
 const SUN: &[Property] = &[
-    row("direction", VECTOR, Default::Three([0.0, -1.0, 0.0]), "in which its light travels").moving(),
-    row("angle", ANGLE, Default::Number(0.53 * std::f64::consts::PI / 180.0), "diameter of its disc"),
-    row("color", Type::Color, ONE, "scales its light"),
-    row("irradiance", si(Dimension::IRRADIANCE, Refused), ONE, "on a surface facing it").moving(),
+    row("direction", VECTOR, Default::Three([0.0, -1.0, 0.0]), "in which its light travels")
+        .check(Check::Direction)
+        .moving(),
+    row("angle", ANGLE, Default::Number(0.53 * std::f64::consts::PI / 180.0), "diameter of its disc")
+        .check(Check::Disc),
+    row("color", Type::Color, ONE, "scales its light").check(Check::AtLeast0),
+    row("irradiance", si(Dimension::IRRADIANCE, Refused), ONE, "on a surface facing it")
+        .check(Check::AtLeast0)
+        .moving(),
 ];
 
 const POINT_LIGHT: &[Property] = &[
     row("position", POINT, ZERO, "where it is").moving(),
-    row("color", Type::Color, ONE, "scales its light"),
-    row("power", POWER, Default::Needed, "light sent in all directions").moving(),
-    row("radius", LENGTH, ZERO, "above 0: a sphere"),
+    row("color", Type::Color, ONE, "scales its light").check(Check::AtLeast0),
+    row("power", POWER, Default::Needed, "light sent in all directions").check(Check::AtLeast0).moving(),
+    row("radius", LENGTH, ZERO, "above 0: a sphere").check(Check::AtLeast0),
 ];
 
 const SPOT_LIGHT: &[Property] = &[
     row("look_at", Type::Target, Default::Computed, "the point or node it shines at").moving(),
-    row("direction", VECTOR, Default::Computed, "in which it shines").moving(),
-    row("angle", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "full cone"),
-    row("blend", NUMBER, Default::Number(0.15), "soft part of the cone"),
+    row("direction", VECTOR, Default::Computed, "in which it shines").check(Check::Direction).moving(),
+    row("angle", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "full cone").check(Check::Cone),
+    row("blend", NUMBER, Default::Number(0.15), "soft part of the cone").check(Check::Ratio),
 ];
 
 const MATERIAL: &[Property] = &[

@@ -227,6 +227,10 @@ pub enum Check {
     Fov,
     /// 0deg..360deg: E0401.
     Shutter,
+    /// 0deg or more, below 180deg: E0401.
+    Disc,
+    /// Above 0deg, at most 360deg: E0401.
+    Cone,
     /// 1..16384 each: E0411.
     Resolution,
     /// Not the zero vector: E0405.

@@ -11,6 +11,7 @@ mod kind;
 mod lower;
 mod parse;
 mod scan;
+mod shift;
 mod text;
 mod tree;
 

@@ -2,7 +2,7 @@
 
 use super::kind::{SyntaxKind, SyntaxNode};
 use super::parse::{Green, green};
-use super::{ast, errors, expr, lower};
+use super::{ast, errors, expr, lower, shift};
 use crate::diagnostic::Diagnostic;
 use crate::source::Source;
 use rowan::GreenNode;
@@ -68,5 +68,14 @@ impl Tree {
             true => ast::File { items: Vec::new(), span: lower::node_span(&root) },
             false => lower::file(&root),
         }
+    }
+
+    /// The file with all its places moved by `base`: to where its text lies in [`Texts`](crate::source::Texts).
+    pub fn file_at(&self, base: u32) -> ast::File {
+        let mut file = self.file();
+        if base > 0 {
+            shift::file(&mut file, base);
+        }
+        file
     }
 }

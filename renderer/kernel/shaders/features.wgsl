@@ -44,7 +44,7 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
             go_through(&path, s);
             continue;
         }
-        let emitted = light_eval(s.shape, -dot(s.ng, path.d));
+        let emitted = light_eval(s.shape, -dot(s.ng, path.d), -path.d);
         seen.albedo = min(bsdf_colour(b) + emitted, vec3<f32>(1.0));
         seen.cover = 1.0;
         seen.normal = v.frame.z;

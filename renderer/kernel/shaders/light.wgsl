@@ -1,22 +1,25 @@
-// Lights: emissive shapes, chosen by power, sampled by the solid angle that they fill: spheres by their cone (Shirley,
-// Wang and Zimmerman 1996), rectangles (Ureña, Fajardo and King 2013) and triangles (Arvo 1995) where they are near; what
-// is far away or seen from the side by its area.
+// Lights. Emissive shapes are sampled by the solid angle that they fill: spheres by their cone (Shirley, Wang and
+// Zimmerman 1996), rectangles (Ureña, Fajardo and King 2013) and triangles (Arvo 1995) where they are near; what is far
+// away or seen from the side by its area. A few are chosen by power, many by a tree of them (Conty Estevez and Kulla,
+// "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), those from infinitely far away beside both.
 
 struct LightSample {
-    /// On the light.
+    /// On the light; of a light that is infinitely far away, the unit vector to it.
     p: vec3<f32>,
     /// The light's outward normal there.
     n: vec3<f32>,
-    /// A steradian, seen eye the point that asked; includes the choice of the light. 0 if the light cannot be sampled.
+    /// A steradian, seen from the point that asked; includes the choice of the light, and is only that for a light that
+    /// has no extent. 0 if the light cannot be sampled.
     pdf: f32,
     /// The light's shape.
     shape: u32,
+    light: u32,
 }
 
-/// The light chosen by u, which is changed to a fresh number in 0 <= u < 1.
-fn light_choose(u: ptr<function, f32>) -> u32 {
-    var first = 0u;
-    var last = params.light_count - 1u;
+/// Of the lights `begin` to `end`, the one chosen by u, which is changed to a fresh number in 0 <= u < 1.
+fn light_choose(begin: u32, end: u32, u: ptr<function, f32>) -> u32 {
+    var first = begin;
+    var last = end - 1u;
     while first < last {
         let middle = (first + last + 1u) / 2u;
         if lights[middle].origin.w <= *u {
@@ -48,7 +51,7 @@ fn sphere_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
         let b = dot(to_centre, d);
         let t = b + sqrt(max(0.0, b * b + radius * radius - distance_2));
         let n = normalize(eye + t * d - centre);
-        return LightSample(centre + radius * n, n, 0.25 * INV_PI, shape);
+        return LightSample(centre + radius * n, n, 0.25 * INV_PI, shape, light);
     }
     let height = cone_height(sin2_max);
     let drop = u.x * height;
@@ -59,7 +62,7 @@ fn sphere_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     let distance = sqrt(distance_2);
     let t = distance * cos_theta - sqrt(max(0.0, radius * radius - distance_2 * sin2_theta));
     let n = normalize(eye + t * d - centre);
-    return LightSample(centre + radius * n, n, 0.5 * INV_PI / height, shape);
+    return LightSample(centre + radius * n, n, 0.5 * INV_PI / height, shape, light);
 }
 
 // pdf a steradian of a point with pdf `per_area` a square metre.
@@ -84,7 +87,7 @@ fn flat_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     let edge_v = lights[light].edge_v.xyz;
     let p = lights[light].origin.xyz + st.x * edge_u + st.y * edge_v;
     let normal = lights[light].normal;
-    return LightSample(p, normal.xyz, pdf_of_area(normal.w, eye, p, normal.xyz), lights[light].kind.y);
+    return LightSample(p, normal.xyz, pdf_of_area(normal.w, eye, p, normal.xyz), lights[light].kind.y, light);
 }
 
 /// Solid angles below this cancel in f32; such lights are sampled by area, which is as good there.
@@ -140,7 +143,7 @@ fn rectangle_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     let y = clamp(select(r.high.y, h * d / sqrt(1.0 - h * h), h * h < 0.999999), r.low.y, r.high.y);
     let share = (vec2<f32>(x, y) - r.low) / (r.high - r.low);
     let p = lights[light].origin.xyz + share.x * lights[light].edge_u.xyz + share.y * lights[light].edge_v.xyz;
-    return LightSample(p, lights[light].normal.xyz, 1.0 / r.solid_angle, lights[light].kind.y);
+    return LightSample(p, lights[light].normal.xyz, 1.0 / r.solid_angle, lights[light].kind.y, light);
 }
 
 /// A triangle seen from a point: directions to its corners, and its solid angle.
@@ -195,7 +198,7 @@ fn triangle_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     }
     let n = lights[light].normal.xyz;
     let distance = dot(lights[light].origin.xyz - eye, n) / dot(d, n);
-    return LightSample(eye + distance * d, n, 1.0 / s.solid_angle, lights[light].kind.y);
+    return LightSample(eye + distance * d, n, 1.0 / s.solid_angle, lights[light].kind.y, light);
 }
 
 // Area of the ellipsoid about a point, over that of the unit sphere about its image.
@@ -211,7 +214,7 @@ fn ellipsoid_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     let n = world_normal(shape, q);
     let per_area = 0.25 * INV_PI / ellipsoid_stretch(light, n);
     let unit = normalize(n);
-    return LightSample(p, unit, pdf_of_area(per_area, eye, p, unit), shape);
+    return LightSample(p, unit, pdf_of_area(per_area, eye, p, unit), shape, light);
 }
 
 fn other_light_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
@@ -220,7 +223,7 @@ fn other_light_sample(light: u32, eye: vec3<f32>, u: vec2<f32>) -> LightSample {
     let p = world_point(kind.y, drawn.at.p);
     let n = world_normal(kind.y, drawn.at.n);
     let unit = normalize(n);
-    return LightSample(p, unit, pdf_of_area(drawn.pdf / ellipsoid_stretch(light, n), eye, p, unit), kind.y);
+    return LightSample(p, unit, pdf_of_area(drawn.pdf / ellipsoid_stretch(light, n), eye, p, unit), kind.y, light);
 }
 
 // The density of a place of such a light, a square metre of the world.
@@ -234,13 +237,168 @@ fn other_light_density(light: u32, p: vec3<f32>) -> f32 {
     return density / ellipsoid_stretch(light, world_normal(kind.y, at.n));
 }
 
-/// A point of some light, as seen from `eye`.
-fn light_sample(eye: vec3<f32>, u: vec2<f32>) -> LightSample {
+/// A light, and the chance with which it was chosen.
+struct Choice {
+    light: u32,
+    chance: f32,
+}
+
+/// Bits of the last word of a child in the tree of lights: the child is a light, it shines to both sides; the rest is
+/// the light, or the first word of the child's own children.
+const TREE_LIGHT: u32 = 0x80000000u;
+const TREE_TWO_SIDED: u32 = 0x40000000u;
+/// Words of a child; two of them stand side by side.
+const TREE_CHILD: u32 = 8u;
+/// Levels of the tree: as many as there are bits in a light's way down.
+const TREE_LEVELS: u32 = 32u;
+
+// cos(max(0, a - b)) of angles in 0..π, by their (cos, sin).
+fn cos_less(a: vec2<f32>, b: vec2<f32>) -> f32 {
+    return select(a.x * b.x + a.y * b.y, 1.0, a.x > b.x);
+}
+
+fn sin_of(cosine: f32) -> f32 {
+    return sqrt(max(0.0, 1.0 - cosine * cosine));
+}
+
+// At most how much light the child of the tree at word `at` brings to `p`: onto a surface with the normal `n`, or any one
+// if that is 0. Child: centre of its ball, radius², W/sr, axis of its normals (octahedral), cosines of their spread and of
+// how far from a normal light is sent (as `unpack2x16snorm`), what it is.
+fn light_importance(at: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
+    let from_centre = p - vec3<f32>(word_float(at), word_float(at + 1u), word_float(at + 2u));
+    let radius_2 = word_float(at + 3u);
+    let intensity = word_float(at + 4u);
+    let distance_2 = dot(from_centre, from_centre);
+    if distance_2 <= radius_2 {
+        return intensity / radius_2;
+    }
+    let d = from_centre / sqrt(distance_2);
+    let sin2_ball = radius_2 / distance_2;
+    let ball = vec2<f32>(sqrt(1.0 - sin2_ball), sqrt(sin2_ball));
+    let axis = decode_normal(words[at + 5u]);
+    let cosines = unpack2x16snorm(words[at + 6u]);
+    let along = dot(axis, d);
+    let off_axis = clamp(select(along, abs(along), (words[at + 7u] & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
+    let theta = vec2<f32>(off_axis, sin_of(off_axis));
+    let spread = vec2<f32>(cosines.x, sin_of(cosines.x));
+    let off_cone = cos_less(theta, spread);
+    let sent = cos_less(vec2<f32>(off_cone, sin_of(off_cone)), ball);
+    if sent <= cosines.y {
+        return 0.0;
+    }
+    var importance = intensity * max(sent, 1e-3) / distance_2;
+    if dot(n, n) > 0.0 {
+        let facing = clamp(-dot(n, d), -1.0, 1.0);
+        importance *= max(0.0, cos_less(vec2<f32>(facing, sin_of(facing)), ball));
+    }
+    return importance;
+}
+
+// The light that the tree chooses by u, as `light_choose` does.
+fn light_tree_choose(p: vec3<f32>, n: vec3<f32>, u: ptr<function, f32>) -> Choice {
+    var at = params.light_tree;
+    var chance = 1.0;
+    for (var level = 0u; level < TREE_LEVELS; level++) {
+        let first = light_importance(at, p, n);
+        let second = light_importance(at + TREE_CHILD, p, n);
+        let sum = first + second;
+        if !(sum > 0.0) {
+            return Choice(0u, 0.0);
+        }
+        let share = first / sum;
+        let is_first = *u < share;
+        *u = clamp(select((*u - share) / (1.0 - share), *u / share, is_first), 0.0, 0.99999994);
+        chance *= select(second, first, is_first) / sum;
+        let child = words[at + select(TREE_CHILD, 0u, is_first) + 7u];
+        if (child & TREE_LIGHT) != 0u {
+            return Choice(child & ~(TREE_LIGHT | TREE_TWO_SIDED), chance);
+        }
+        at = child & ~TREE_TWO_SIDED;
+    }
+    return Choice(0u, 0.0);
+}
+
+// The chance with which the tree chooses `light`.
+fn light_tree_chance(light: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
+    var at = params.light_tree;
+    var way = lights[light].kind.w;
+    var chance = 1.0;
+    for (var level = 0u; level < TREE_LEVELS; level++) {
+        let first = light_importance(at, p, n);
+        let second = light_importance(at + TREE_CHILD, p, n);
+        let sum = first + second;
+        if !(sum > 0.0) {
+            return 0.0;
+        }
+        let is_first = (way & 1u) == 0u;
+        chance *= select(second, first, is_first) / sum;
+        let child = words[at + select(TREE_CHILD, 0u, is_first) + 7u];
+        if (child & TREE_LIGHT) != 0u {
+            return chance;
+        }
+        at = child & ~TREE_TWO_SIDED;
+        way >>= 1u;
+    }
+    return 0.0;
+}
+
+// The chance with which `light_sample` chooses a light that is not infinitely far away.
+fn light_chance(light: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
+    var chance = lights[light].edge_u.w;
+    if (params.features & FEATURE_LIGHT_TREE) != 0u {
+        chance = light_tree_chance(light, p, n);
+    }
+    if (params.features & FEATURE_DISTANT) != 0u {
+        chance *= 1.0 - params.distant_chance;
+    }
+    return chance;
+}
+
+// Which light, for a surface at `p` with the normal `n`.
+fn light_pick(p: vec3<f32>, n: vec3<f32>, u: ptr<function, f32>) -> Choice {
+    var group = 1.0;
+    if (params.features & FEATURE_DISTANT) != 0u {
+        if *u < params.distant_chance {
+            *u = min(*u / params.distant_chance, 0.99999994);
+            let end = params.light_count + params.distant_count;
+            let light = light_choose(params.light_count, end, u);
+            return Choice(light, params.distant_chance * lights[light].edge_u.w);
+        }
+        group = 1.0 - params.distant_chance;
+        *u = clamp((*u - params.distant_chance) / group, 0.0, 0.99999994);
+    }
+    if (params.features & FEATURE_LIGHT_TREE) != 0u {
+        let choice = light_tree_choose(p, n, u);
+        return Choice(choice.light, choice.chance * group);
+    }
+    let light = light_choose(0u, params.light_count, u);
+    return Choice(light, group * lights[light].edge_u.w);
+}
+
+// A direction to a sun's disc; one without a disc has a pdf of 1.
+fn sun_sample(light: u32, u: vec2<f32>) -> LightSample {
+    let height = lights[light].edge_v.x;
+    let axis = lights[light].origin.xyz;
+    if height <= 0.0 {
+        return LightSample(axis, -axis, 1.0, 0u, light);
+    }
+    let drop = u.x * height;
+    let r = sqrt(max(0.0, drop * (2.0 - drop)));
+    let d = from_local(frame_about(axis), vec3<f32>(r * cos_sin_turn(u.y), 1.0 - drop));
+    return LightSample(d, -d, 0.5 * INV_PI / height, 0u, light);
+}
+
+/// A point of some light, as seen from a surface at `eye` with the normal `n`; 0: from both sides of any surface.
+fn light_sample(eye: vec3<f32>, n: vec3<f32>, u: vec2<f32>) -> LightSample {
     var v = u;
-    var choice = u.x;
-    let light = light_choose(&choice);
-    v.x = choice;
+    var fresh = u.x;
+    let choice = light_pick(eye, n, &fresh);
+    v.x = fresh;
+    let light = choice.light;
     var s: LightSample;
+    if choice.chance <= 0.0 {
+        return s;
+    }
     switch lights[light].kind.x {
         case LIGHT_SPHERE: {
             s = sphere_sample(light, eye, v);
@@ -254,6 +412,16 @@ fn light_sample(eye: vec3<f32>, u: vec2<f32>) -> LightSample {
         case LIGHT_TRIANGLE: {
             s = triangle_sample(light, eye, v);
         }
+        case LIGHT_POINT, LIGHT_SPOT: {
+            s = LightSample(lights[light].origin.xyz, vec3<f32>(0.0), 1.0, 0u, light);
+        }
+        case LIGHT_SUN: {
+            s = sun_sample(light, v);
+        }
+        case LIGHT_SKY: {
+            let sky = sky_sample(v);
+            s = LightSample(sky.xyz, -sky.xyz, sky.w, 0u, light);
+        }
         case LIGHT_OTHER: {
             if (params.features & FEATURE_OTHER) != 0u {
                 s = other_light_sample(light, eye, v);
@@ -263,18 +431,62 @@ fn light_sample(eye: vec3<f32>, u: vec2<f32>) -> LightSample {
             s = flat_sample(light, eye, v);
         }
     }
-    s.pdf *= lights[light].edge_u.w;
+    s.pdf *= choice.chance;
     return s;
 }
 
-/// The pdf with which `light_sample` from `eye` draws the surface `s`; 0 if it is no light.
-fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
+/// Whether nothing but light samples can find the light.
+fn light_is_delta(light: u32) -> bool {
+    let kind = lights[light].kind.x;
+    return kind == LIGHT_POINT || kind == LIGHT_SPOT || (kind == LIGHT_SUN && lights[light].edge_v.x <= 0.0);
+}
+
+// What a cone leaves of light in the direction `d`: 1 within the half angle whose 1 - cos is `heights.y`, 0 beyond
+// `heights.x`, smooth between (smoothstep over the cosine).
+fn beam_share(d: vec3<f32>, axis: vec3<f32>, heights: vec2<f32>) -> f32 {
+    // 1 - cos from the chord, without cancellation.
+    let chord = d - axis;
+    let height = 0.5 * dot(chord, chord);
+    if height >= heights.x {
+        return 0.0;
+    }
+    if height <= heights.y {
+        return 1.0;
+    }
+    let t = (heights.x - height) / (heights.x - heights.y);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+/// Radiance that arrives from the sample `s` along -`d` over `distance` metres; of a light without an extent, irradiance
+/// on a surface facing it.
+fn light_emission(s: LightSample, d: vec3<f32>, distance: f32) -> vec3<f32> {
+    if (params.features & (FEATURE_DISTANT | FEATURE_DELTA)) != 0u {
+        let light = lights[s.light];
+        if light.kind.x == LIGHT_SKY {
+            return params.sky.xyz * sky_map(d);
+        }
+        if light.kind.x == LIGHT_SUN {
+            return light.edge_u.xyz;
+        }
+        if light.kind.x == LIGHT_POINT {
+            return light.edge_u.xyz / (distance * distance);
+        }
+        if light.kind.x == LIGHT_SPOT {
+            let share = beam_share(-d, light.edge_v.xyz, vec2<f32>(light.edge_v.w, light.normal.x));
+            return light.edge_u.xyz * (share / (distance * distance));
+        }
+    }
+    return light_eval(s.shape, -dot(s.n, d), -d) * light_cover(s.shape);
+}
+
+/// The pdf with which `light_sample` from `eye`, `n` draws the surface `s`; 0 if it is no light.
+fn light_pdf(s: Surface, eye: vec3<f32>, n: vec3<f32>) -> f32 {
     let index = shapes[s.shape].index;
     if index.y == NONE {
         return 0.0;
     }
     let light = index.y + s.primitive;
-    let chance = lights[light].edge_u.w;
+    let chance = light_chance(light, eye, n);
     switch lights[light].kind.x {
         case LIGHT_SPHERE: {
             let d = lights[light].origin.xyz - eye;
@@ -287,8 +499,9 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
         }
         case LIGHT_ELLIPSOID: {
             let q = normalize(object_point(s.shape, s.p));
-            let n = world_normal(s.shape, q);
-            return chance * pdf_of_area(0.25 * INV_PI / ellipsoid_stretch(light, n), eye, s.p, normalize(n));
+            let normal = world_normal(s.shape, q);
+            let per_area = 0.25 * INV_PI / ellipsoid_stretch(light, normal);
+            return chance * pdf_of_area(per_area, eye, s.p, normalize(normal));
         }
         case LIGHT_OTHER: {
             if (params.features & FEATURE_OTHER) == 0u {
@@ -316,8 +529,8 @@ fn light_pdf(s: Surface, eye: vec3<f32>) -> f32 {
     }
 }
 
-/// Radiance that shape `shape` sends in a direction whose cosine with its outward normal is `c`.
-fn light_eval(shape: u32, c: f32) -> vec3<f32> {
+/// Radiance that shape `shape` sends in the direction `d`, whose cosine with its outward normal is `c`.
+fn light_eval(shape: u32, c: f32, d: vec3<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     for (var m = shapes[shape].index.z; m != NONE; m = materials[m].kind.w) {
         let kind = materials[m].kind;
@@ -329,6 +542,9 @@ fn light_eval(shape: u32, c: f32) -> vec3<f32> {
             let coat = materials[kind.z].lobe;
             radiance *= 1.0 - coat_albedo(coat.x, coat.z, coat.y, abs(c));
         }
+        if (params.features & FEATURE_BEAM) != 0u && (kind.y & EMITTER_BEAM) != 0u {
+            radiance *= beam_share(d, materials[m].extra.xyz, materials[m].lobe.xy);
+        }
         sum += radiance;
     }
     return sum;
@@ -337,4 +553,33 @@ fn light_eval(shape: u32, c: f32) -> vec3<f32> {
 /// The share of rays that a light's surface meets.
 fn light_cover(shape: u32) -> f32 {
     return materials[shapes[shape].index.x].more.w;
+}
+
+/// Light from infinitely far away along the direction `d`, to a path that sampled it with `pdf`: each light by its weight.
+/// `beta`: the path's share; `lit`: as `bsdf_weight`.
+fn distant_light(d: vec3<f32>, beta: vec3<f32>, pdf: f32, lit: bool) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    if (params.features & FEATURE_SKY_MAP) == 0u {
+        sum = limited(beta) * params.sky.xyz;
+    } else {
+        let sky_light = params.sky_map.w;
+        var other = 0.0;
+        if sky_light != NONE {
+            other = params.distant_chance * lights[sky_light].edge_u.w * sky_pdf(d);
+        }
+        sum = limited(beta * bsdf_weight(pdf, other, lit)) * params.sky.xyz * sky_map(d);
+    }
+    if (params.features & FEATURE_DISTANT) == 0u {
+        return sum;
+    }
+    let end = params.light_count + params.distant_count;
+    for (var light = params.light_count; light < end; light++) {
+        let height = lights[light].edge_v.x;
+        let chord = d - lights[light].origin.xyz;
+        if lights[light].kind.x == LIGHT_SUN && height > 0.0 && dot(chord, chord) <= 2.0 * height {
+            let other = params.distant_chance * lights[light].edge_u.w * 0.5 * INV_PI / height;
+            sum += limited(beta * bsdf_weight(pdf, other, lit)) * lights[light].edge_u.xyz;
+        }
+    }
+    return sum;
 }

@@ -15,6 +15,8 @@ struct Path {
     start: u32,
     /// Where it was scattered last; cut-outs between there and `o` do not count.
     vertex: vec3<f32>,
+    /// The normal there on the side from which it came, as `light_sample` was asked with.
+    facing: vec3<f32>,
     /// What has arrived so far.
     light: vec3<f32>,
     /// The share of what lies ahead that arrives.
@@ -111,34 +113,45 @@ fn path_start(pixel: vec2<u32>, sample: u32) -> Path {
 }
 
 // Asks for a ray to a light, and for what that would bring.
-fn sample_light(path: ptr<function, Path>, s: Surface, v: Vertex, b: Bsdf, beyond: vec4<u32>, u: vec2<f32>) {
-    let to_light = light_sample(s.p, u);
+fn sample_light(path: ptr<function, Path>, s: Surface, v: Vertex, b: Bsdf, beyond: vec4<u32>, facing: vec3<f32>,
+    wanted: bool, u: vec2<f32>) {
+    let to_light = light_sample(s.p, facing, u);
     if !(to_light.pdf > 0.0) {
         return;
     }
-    let above = dot(to_light.p - s.p, v.ng) > 0.0;
+    var delta = false;
+    var distant = false;
+    if (params.features & (FEATURE_DISTANT | FEATURE_DELTA)) != 0u {
+        delta = light_is_delta(to_light.light);
+        distant = lights[to_light.light].kind.x >= LIGHT_SUN;
+    }
+    if !wanted && !delta {
+        return;
+    }
+    let above = dot(select(to_light.p - s.p, to_light.p, distant), v.ng) > 0.0;
     if !above && !bsdf_transmits(b) {
         return;
     }
     let start = offset_point(s, select(-v.ng, v.ng, above));
     let to = to_light.p - start;
-    let distance = length(to);
+    let distance = select(length(to), FAR, distant);
     if distance == 0.0 {
         return;
     }
-    let d = to / distance;
+    let d = select(to / distance, to_light.p, distant);
     let wi = to_local(v.frame, d);
     if above != (wi.z > 0.0) {
         return;
     }
-    let emitted = light_eval(to_light.shape, -dot(to_light.n, d)) * light_cover(to_light.shape);
+    let emitted = light_emission(to_light, d, distance);
     let f = bsdf_eval(b, v.wo, wi);
     if max_component(f * emitted) <= 0.0 {
         return;
     }
     let media = select(beyond, (*path).media, above);
     let share = f * transmittance(media_absorption(media), distance);
-    let weight = light_weight(to_light.pdf, bsdf_pdf(b, v.wo, wi)) / to_light.pdf;
+    // What only light samples find counts whole.
+    let weight = select(light_weight(to_light.pdf, bsdf_pdf(b, v.wo, wi)), 1.0, delta) / to_light.pdf;
     (*path).shadow_light = limited((*path).beta * share * weight) * emitted;
     (*path).shadow_o = start;
     (*path).shadow_d = d;
@@ -181,8 +194,9 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     (*path).rays += 1.0;
     (*path).beta *= transmittance(media_absorption((*path).media), hit.t);
     if hit.id == NONE {
-        let visible = select(1.0, params.sky.w, (*path).bounce == 0u);
-        (*path).light += limited((*path).beta) * params.sky.xyz * visible;
+        if (*path).bounce > 0u || params.sky.w > 0.0 {
+            (*path).light += distant_light((*path).d, (*path).beta, (*path).pdf, (*path).lit);
+        }
         (*path).alive = false;
         return;
     }
@@ -196,8 +210,8 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
 
     // Add what it emits; what sampling a light could have found counts in part.
     if shapes[s.shape].index.z != NONE {
-        let emitted = light_eval(s.shape, -dot(s.ng, (*path).d));
-        let weight = bsdf_weight((*path).pdf, light_pdf(s, (*path).vertex), (*path).lit);
+        let emitted = light_eval(s.shape, -dot(s.ng, (*path).d), -(*path).d);
+        let weight = bsdf_weight((*path).pdf, light_pdf(s, (*path).vertex, (*path).facing), (*path).lit);
         (*path).light += limited((*path).beta * weight) * emitted;
     }
 
@@ -230,8 +244,11 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     let dimension = bounce_dimension(path);
     (*path).lit = params.light_chance >= 0.0
         && random_1d((*path).key, dimension + DIM_TECHNIQUE) < params.light_chance;
-    if params.light_count > 0u && ((*path).lit || params.light_chance < 0.0) && !bsdf_is_delta(b) {
-        sample_light(path, s, v, b, beyond, random_2d((*path).key, dimension + DIM_LIGHT));
+    let facing = select(v.ng, vec3<f32>(0.0), bsdf_transmits(b));
+    let wanted = (*path).lit || params.light_chance < 0.0;
+    if params.light_count + params.distant_count > 0u && !bsdf_is_delta(b)
+        && (wanted || (params.features & FEATURE_DELTA) != 0u) {
+        sample_light(path, s, v, b, beyond, facing, wanted, random_2d((*path).key, dimension + DIM_LIGHT));
     }
 
     // Choose where to go on.
@@ -245,6 +262,7 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     (*path).beta *= next.weight;
     (*path).pdf = next.pdf;
     (*path).vertex = s.p;
+    (*path).facing = facing;
     (*path).o = offset_point(s, select(-v.ng, v.ng, above));
     (*path).d = normalize(d);
     (*path).bounce++;
@@ -285,6 +303,9 @@ fn shadow_share(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> f32 {
         // Still to the same end: the step off the surface may be longer than the way that the light is spared.
         origin = offset_point(s, select(-s.ng, s.ng, dot(s.ng, d) > 0.0));
         on = hit.id;
+        if t_max >= SHADOW_REACH * FAR {
+            continue;
+        }
         along = end - origin;
         left = length(along);
         if dot(along, d) <= 0.0 {

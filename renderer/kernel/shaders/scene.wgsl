@@ -31,11 +31,23 @@ const DIELECTRIC_THIN: u32 = 4u;
 
 /// Both sides shine.
 const EMITTER_TWO_SIDED: u32 = 16u;
+/// Shines in a cone.
+const EMITTER_BEAM: u32 = 32u;
 /// A random number decides between its parts.
 const CHOICE: u32 = 8u;
 
 /// `Params::features`: what occurs in the scene.
 const FEATURE_CUTOUT: u32 = 1u;
+/// A sky that is not the same everywhere.
+const FEATURE_SKY_MAP: u32 = 0x00100000u;
+/// Lights from infinitely far away that are sampled: that sky, and suns.
+const FEATURE_DISTANT: u32 = 0x00200000u;
+/// Lights that only light samples can find: points, spots, and suns without a disc.
+const FEATURE_DELTA: u32 = 0x00400000u;
+/// The lights are chosen by a tree.
+const FEATURE_LIGHT_TREE: u32 = 0x00800000u;
+/// Emitters that shine in a cone.
+const FEATURE_BEAM: u32 = 0x01000000u;
 /// A shape of shapes.wgsl.
 const FEATURE_OTHER: u32 = 2u;
 /// Shifted by a MATERIAL_…: that kind. A GPU compiles the shaders anew for each set of features, and leaves out the rest.
@@ -49,6 +61,11 @@ const LIGHT_ELLIPSOID: u32 = 3u;
 const LIGHT_RECTANGLE: u32 = 4u;
 /// A shape of shapes.wgsl.
 const LIGHT_OTHER: u32 = 5u;
+const LIGHT_POINT: u32 = 6u;
+const LIGHT_SPOT: u32 = 7u;
+/// From here on they are infinitely far away.
+const LIGHT_SUN: u32 = 8u;
+const LIGHT_SKY: u32 = 9u;
 
 /// No hit, no light.
 const NONE: u32 = 0xffffffffu;
@@ -70,8 +87,12 @@ struct Params {
     camera_eye: vec4<f32>,
     /// Half extents of the image plane at distance 1, then the distance to the plane in focus.
     camera_film: vec4<f32>,
-    /// Radiance; w: 1 if the camera sees it, else 0.
+    /// Radiance, or the factor of the sky's map; w: 1 if the camera sees the sky and suns, else 0.
     sky: vec4<f32>,
+    /// The sky's map: first word of its texels, width, height, and the index of its light.
+    sky_map: vec4<u32>,
+    /// The cells by which it is sampled: first word of their sums, columns and rows (both powers of 2); w unused.
+    sky_cells: vec4<u32>,
     /// The part of the picture that is wanted: left, top, width and height in pixels.
     window: vec4<u32>,
     /// Width and height of the whole picture in pixels.
@@ -89,6 +110,14 @@ struct Params {
     light_chance: f32,
     /// The most that throughput · MIS weight may be where light is added.
     clamp: f32,
+    /// Lights from infinitely far away: those that follow the first `light_count`.
+    distant_count: u32,
+    /// Chance that one of them is sampled instead of the others.
+    distant_chance: f32,
+    /// How far the sky's map is turned about +y, in turns.
+    sky_turn: f32,
+    /// First word of the tree of lights.
+    light_tree: u32,
     /// The media around the eye, as `Path::media`.
     media: vec4<u32>,
 }
@@ -128,7 +157,7 @@ struct Material {
     /// metal: the Lazányi term a of F82-tint or extinction, then the sine of the tangent's turn; dielectric: absorption
     /// a metre, then ior.
     extra: vec4<f32>,
-    /// metal: tint of light scattered more than once; all: opacity.
+    /// metal: tint of light scattered more than once; all: opacity; emitter in a cone: see `beam_share`.
     more: vec4<f32>,
     /// GGX: α along the tangent, α across it, roughness, anisotropy; glossy: α, ior, roughness, metalness; mix: the
     /// share of the second.
@@ -139,16 +168,19 @@ struct Material {
 }
 
 struct Light {
-    /// A corner, or the centre; w: sum of the chances of all lights before it (2 for those after the last with any).
+    /// A corner, the centre, or the unit vector to a sun; w: sum of the chances of all lights before it that it is chosen
+    /// among (2 for those after the last with any).
     origin: vec4<f32>,
     /// An edge; sphere: radius in x; ellipsoid and other: the determinant of its transform in x; other: its size in y;
-    /// w: chance to be chosen.
+    /// point, spot: W/sr; sun: radiance, or irradiance of one without a disc; w: chance to be chosen.
     edge_u: vec4<f32>,
-    /// The other edge; other: the chances of its parts.
+    /// The other edge; other: the chances of its parts; spot: the unit vector in which it shines, then 1 - cos of the cone's
+    /// half angle; sun: the same of its disc in x, 0 without one.
     edge_v: vec4<f32>,
-    /// Of a flat light: its outward unit normal; w: 1 / area in m².
+    /// Of a flat light: its outward unit normal; w: 1 / area in m²; spot: x: 1 - cos of the half angle within which it is
+    /// brightest.
     normal: vec4<f32>,
-    /// LIGHT_…, shape, OTHER_….
+    /// LIGHT_…, shape, OTHER_…, way down the tree of lights (from the lowest bit, 1 for the second child).
     kind: vec4<u32>,
 }
 

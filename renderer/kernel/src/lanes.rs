@@ -159,7 +159,7 @@ macro_rules! lanes {
             }
 
             /// Waiting for so many lanes to be free before they are filled, and a path's start is paid once for all.
-            const FREE: u32 = LANES as u32 / 4;
+            const FREE: u32 = LANES as u32 / 2;
 
             #[target_feature(enable = $features)]
             fn schedule(kernel: &Scalar<'_>, pixel_sample: &dyn Fn(usize) -> (UVec2, u32), light: &mut [Vec4]) {

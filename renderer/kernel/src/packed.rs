@@ -4,7 +4,7 @@ use glam::{UVec4, Vec4};
 
 use crate::albedo;
 use crate::generated::{
-    BVH_STACK, FEATURE_CUTOUT, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
+    BVH_STACK, FEATURE_MATERIAL, FEATURE_OTHER, Kernel, Light, Material, NONE, Params, Primitive, Shape, TABLE_ALBEDO,
 };
 use crate::query::{Isa, Native, Tree};
 
@@ -24,7 +24,7 @@ pub struct Packed {
     pub shapes: Vec<Shape>,
     /// Not empty.
     pub materials: Vec<Material>,
-    /// `params.light_count` of them are real. Not empty.
+    /// `params.light_count` of them, then `params.distant_count`, are real. Not empty.
     pub lights: Vec<Light>,
     /// The filter's inverse distribution function, `FILTER_CELLS + 1` offsets in pixels, and from `TABLE_ALBEDO` on the
     /// albedos of [`crate::albedo::tables`].
@@ -50,7 +50,7 @@ impl Packed {
                 clamp: f32::MAX,
                 light_chance: -1.0,
                 media: UVec4::splat(NONE),
-                features: !FEATURE_CUTOUT,
+                features: (FEATURE_MATERIAL * 0xff) | FEATURE_OTHER,
                 ..Params::default()
             },
             tree: Tree::default(),

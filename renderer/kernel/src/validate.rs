@@ -5,8 +5,8 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    LIGHT_OTHER, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE, OTHER_TORUS, PRIMITIVE_KIND,
-    PRIMITIVE_OTHER, TABLE_ALBEDO,
+    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, LIGHT_SKY, LIGHT_SUN, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX,
+    Material, NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -74,16 +74,20 @@ impl Packed {
             self.validate_material(At("materials", i), material)?;
         }
         for (i, light) in self.lights.iter().enumerate() {
-            At("lights", i).below("the kind", light.kind.x.into(), LIGHT_OTHER as usize + 1)?;
+            let near = i < self.params.light_count as usize || self.params.distant_count == 0;
+            let kinds = if near { LIGHT_SUN } else { LIGHT_SKY + 1 };
+            At("lights", i).below("the kind", light.kind.x.into(), kinds as usize)?;
             At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?;
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
-        Ok(())
+        self.validate_sky()?;
+        self.validate_light_tree()
     }
 
     fn validate_params(&self) -> Result<(), Invalid> {
         let at = At("params", 0);
-        at.range("the number of lights", 0, self.params.light_count, self.lights.len())?;
+        at.range("the number of lights", self.params.light_count, self.params.distant_count, self.lights.len())?;
+        at.below_or_none("the sky's light", self.params.sky_map.w, self.lights.len())?;
         at.range("the number of planes", 0, self.params.plane_count, self.shapes.len())?;
         at.range("the number of primitives", 0, self.params.primitive_count, self.primitives.len())?;
         for medium in self.params.media.to_array() {
@@ -114,6 +118,44 @@ impl Packed {
             }
             _ => Ok(()),
         }
+    }
+
+    fn validate_sky(&self) -> Result<(), Invalid> {
+        if self.params.features & FEATURE_SKY_MAP == 0 {
+            return Ok(());
+        }
+        let at = At("params", 0);
+        let [first, width, height, _] = self.params.sky_map.to_array().map(u64::from);
+        at.below("the sky's last texel", (first + 3 * width * height).max(1) - 1, self.words.len())?;
+        at.below("a sky without texels", u64::from(width * height == 0), 1)?;
+        let [first, columns, rows, _] = self.params.sky_cells.to_array().map(u64::from);
+        for count in [columns, rows] {
+            at.below("the sky's cells, which make no tree", u64::from(!count.is_power_of_two()), 1)?;
+        }
+        at.below("the sky's last sum", first + 2 * rows + 2 * rows * columns - 1, self.words.len())
+    }
+
+    fn validate_light_tree(&self) -> Result<(), Invalid> {
+        if self.params.features & FEATURE_LIGHT_TREE == 0 {
+            return Ok(());
+        }
+        // Children come after their parents, so that no walk goes in circles; it counts its steps besides.
+        let (child, pair) = (TREE_CHILD as usize, 2 * TREE_CHILD as usize);
+        let mut open = vec![self.params.light_tree as usize];
+        while let Some(first) = open.pop() {
+            At("words", first).below("the end of a pair", (first + pair) as u64, self.words.len() + 1)?;
+            for at in [first, first + child] {
+                let word = self.words[at + child - 1];
+                let index = word & !(TREE_LIGHT | TREE_TWO_SIDED);
+                if word & TREE_LIGHT != 0 {
+                    At("words", at).below("the light", index.into(), self.params.light_count as usize)?;
+                } else {
+                    At("words", at).below("its place", at as u64, index as usize)?;
+                    open.push(index as usize);
+                }
+            }
+        }
+        Ok(())
     }
 
     fn validate_primitives(&self) -> Result<(), Invalid> {

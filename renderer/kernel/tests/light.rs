@@ -172,8 +172,8 @@ fn directions_follow_the_density() {
                 name,
                 tests,
                 1_000_000,
-                || Some((k.light_sample(eye, random.square()).p - eye).normalize()),
-                |d| hits(k, eye, d).first().map_or(0.0, |s| f64::from(k.light_pdf(*s, eye))),
+                || Some((k.light_sample(eye, Vec3::ZERO, random.square()).p - eye).normalize()),
+                |d| hits(k, eye, d).first().map_or(0.0, |s| f64::from(k.light_pdf(*s, eye, Vec3::ZERO))),
             );
             check_rejects(name, tests, &observed, &expected);
         });
@@ -195,7 +195,7 @@ fn positions_are_even_on_flat_lights() {
             let normal = u.cross(v);
             for _ in 0..COUNT {
                 // From so far away, by area.
-                let s = k.light_sample(Vec3::splat(-90.0), random.square());
+                let s = k.light_sample(Vec3::splat(-90.0), Vec3::ZERO, random.square());
                 let p = s.p - light.origin.truncate();
                 let st = [p.cross(v).dot(normal), u.cross(p).dot(normal)].map(|x| x / normal.length_squared());
                 assert!(st.iter().all(|x| (-1e-5..1.0 + 1e-5).contains(x)) && (!half || st[0] + st[1] < 1.0 + 1e-5));
@@ -231,7 +231,7 @@ fn the_density_of_a_sample_is_that_of_its_surface() {
             let mut missed = 0;
             for _ in 0..50_000 {
                 let eye = random.cube(0.3);
-                let s = k.light_sample(eye, random.square());
+                let s = k.light_sample(eye, Vec3::ZERO, random.square());
                 assert!(s.pdf.is_finite() && s.pdf >= 0.0, "{name}: {s:?}");
                 assert!((s.n.length() - 1.0).abs() < 1e-5, "{name}: {s:?}");
                 let d = (s.p - eye).normalize();
@@ -246,7 +246,7 @@ fn the_density_of_a_sample_is_that_of_its_surface() {
                 };
                 assert_eq!(found.shape, s.shape);
                 assert!(found.ng.dot(s.n) > 0.999, "{name}: the normal is {}, not {}", found.ng, s.n);
-                let error = (k.light_pdf(found, eye) / s.pdf - 1.0).abs();
+                let error = (k.light_pdf(found, eye, Vec3::ZERO) / s.pdf - 1.0).abs();
                 checked += 1;
                 if error > worst.0 {
                     worst = (error, format!("{s:?} from {eye}"));
@@ -283,7 +283,7 @@ fn lights_are_chosen_by_power() {
             let mut fresh = vec![Mean::default(); powers.len()];
             let draw = |u: f32| {
                 let mut left = u;
-                (k.light_choose(&mut left) as usize, left)
+                (k.light_choose(0, powers.len() as u32, &mut left) as usize, left)
             };
             for i in 0..STEPS {
                 let (light, left) = draw((i as f32 + 0.5) / STEPS as f32);
@@ -319,19 +319,19 @@ fn a_sample_includes_the_choice() {
         let mut random = Random(7);
         let mut seen = [0; 4];
         for _ in 0..20_000 {
-            let s = k.light_sample(Vec3::ZERO, random.square());
+            let s = k.light_sample(Vec3::ZERO, Vec3::ZERO, random.square());
             seen[s.shape as usize] += 1;
             let d = s.p.normalize();
             if d.dot(s.n).abs() < 0.05 {
                 continue;
             }
             let found = hits(k, Vec3::ZERO, d).into_iter().find(|f| (f.p - s.p).length() < 1e-3).expect("a surface");
-            assert!((k.light_pdf(found, Vec3::ZERO) / s.pdf - 1.0).abs() < 1e-3, "{s:?}");
+            assert!((k.light_pdf(found, Vec3::ZERO, Vec3::ZERO) / s.pdf - 1.0).abs() < 1e-3, "{s:?}");
         }
         assert_eq!(seen[1], 0);
         assert!([0, 2, 3].iter().all(|i| seen[*i] > 1000), "{seen:?}");
         let dark = kinora_kernel::generated::Surface { shape: 1, ..Default::default() };
-        assert_eq!(k.light_pdf(dark, Vec3::ZERO), 0.0, "a light that is never chosen");
+        assert_eq!(k.light_pdf(dark, Vec3::ZERO, Vec3::ZERO), 0.0, "a light that is never chosen");
     });
 }
 
@@ -342,7 +342,7 @@ fn irradiance(packed: &Packed, eye: Vec3, normal: DVec3, seed: u64) -> Mean {
         let mut mean = Mean::default();
         for _ in 0..40 {
             for _ in 0..100_000 {
-                let s = k.light_sample(eye, random.square());
+                let s = k.light_sample(eye, Vec3::ZERO, random.square());
                 let cos = (s.p - eye).as_dvec3().normalize().dot(normal).max(0.0);
                 mean.add(if s.pdf > 0.0 { cos / f64::from(s.pdf) } else { 0.0 });
             }
@@ -385,7 +385,7 @@ fn an_ellipsoid_shines_as_the_same_sphere() {
         let mut random = Random(9);
         let mut mean = Mean::default();
         for _ in 0..2_000_000 {
-            let s = k.light_sample(Vec3::ZERO, random.square());
+            let s = k.light_sample(Vec3::ZERO, Vec3::ZERO, random.square());
             let facing = s.n.dot(s.p) < 0.0;
             mean.add(if facing { f64::from(s.p.normalize().z / s.pdf) } else { 0.0 });
         }
@@ -402,7 +402,7 @@ fn an_ellipsoid_is_sampled_all_over_and_fills_its_solid_angle() {
             let mut filled = Mean::default();
             let bins = SphereBins { z_low: -1.0, rows: 24, columns: 48, jumps: false, off: 0.0 };
             let draw = || {
-                let s = k.light_sample(eye, random.square());
+                let s = k.light_sample(eye, Vec3::ZERO, random.square());
                 let facing = s.n.dot(s.p - eye) < 0.0;
                 filled.add(if facing && s.pdf > 0.0 { 1.0 / f64::from(s.pdf) } else { 0.0 });
                 Some(k.object_point(s.shape, s.p).normalize())
@@ -458,13 +458,13 @@ fn what_shines_on_which_side() {
     ] {
         packed.shapes[0].index.z = first;
         packed.with_kernel(|k| {
-            assert!((k.light_eval(0, 1.0) - front).length() < 1e-6, "emitters from {first} on");
-            assert!((k.light_eval(0, -1.0) - back).length() < 1e-6, "emitters from {first} on, from within");
+            assert!((k.light_eval(0, 1.0, Vec3::Z) - front).length() < 1e-6, "emitters from {first} on");
+            assert!((k.light_eval(0, -1.0, Vec3::Z) - back).length() < 1e-6, "emitters from {first} on, from within");
         });
     }
     packed.shapes[0].index.y = NONE;
     packed.with_kernel(|k| {
         let s = hits(k, Vec3::ZERO, direction(0.9, 0.5))[0];
-        assert_eq!(k.light_pdf(s, Vec3::ZERO), 0.0, "it is no light");
+        assert_eq!(k.light_pdf(s, Vec3::ZERO, Vec3::ZERO), 0.0, "it is no light");
     });
 }

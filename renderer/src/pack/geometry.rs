@@ -1,17 +1,17 @@
 //! Shapes as primitives of the tree, with their boxes and lights.
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, UVec4, Vec3, Vec4};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
-    LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, PRIMITIVE_OTHER,
-    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
+    EMITTER_BEAM, LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE,
+    MATERIAL_EMITTER, NONE, PRIMITIVE_OTHER, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, PRIMITIVE_TRIANGLE,
 };
 use kinora_kernel::query::Bounds;
 use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape};
-use kinora_scene::{Frame, Instance, Mesh, Shape, Still, World};
+use kinora_scene::{Frame, Instance, Lamp, LightKind, Mesh, Shape, Still, World};
 use rayon::prelude::*;
 
-use super::lights::{Light, light, luminance};
-use super::materials::{add_emitters, emitters};
+use super::lights::{self, Light, luminance};
+use super::materials::{Emitter, add_emitters, emitters};
 use super::other::Other;
 use super::{NO_LIGHT, PackError, TURN};
 
@@ -24,6 +24,20 @@ pub struct Geometry {
     pub lights: Vec<Light>,
     /// Those of the world, then what belongs to them or to single shapes.
     pub materials: Vec<PackedMaterial>,
+    /// Of the lamps that are spheres.
+    pub lamp_material: Option<u32>,
+}
+
+/// How much a surface shines.
+#[derive(Clone, Copy)]
+struct Shining {
+    /// Radiance, luminance, summed over the sides that shine.
+    power_per_m2: f64,
+    two_sided: bool,
+}
+
+fn is_far(v: Vec3) -> bool {
+    !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32
 }
 
 /// Larger coordinates lose more to rounding than any scene can bear, and their squares overflow.
@@ -43,8 +57,8 @@ impl Geometry {
                 let place = place * DAffine3::from_scale(DVec3::splat(*radius_m));
                 set_transform(&mut record, place);
                 self.add_sphere(shape, place);
-                if let Some(power_per_m2) = emission {
-                    self.lights.push(sphere_light(shape, place, power_per_m2));
+                if let Some(shining) = emission {
+                    self.add_sphere_light(shape, place, shining);
                 }
             }
             Shape::Box { size_m } => {
@@ -72,13 +86,67 @@ impl Geometry {
         record.index = UVec4::new(instance.material as u32, first_light, record.index.z, instance.node as u32);
         self.shapes.push(record);
 
-        let far = |v: Vec3| !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32;
-        let outside = self.bounds[first..].iter().any(|b| far(b.low) || far(b.high));
+        let outside = self.bounds[first..].iter().any(|b| is_far(b.low) || is_far(b.high));
         let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
         if outside || matrices.iter().any(|row| !row.is_finite()) {
             return Err(PackError::Coordinates { node: instance.node });
         }
         Ok(())
+    }
+
+    /// Adds a lamp that is a sphere.
+    pub fn add_lamp(&mut self, lamp: &Lamp) -> Result<(), PackError> {
+        let (LightKind::Point { position, power, radius_m } | LightKind::Spot { position, power, radius_m, .. }) =
+            lamp.light.kind
+        else {
+            return Ok(());
+        };
+        let area = 2.0 * TURN * radius_m * radius_m;
+        let radiance = lamp.light.color * (power / (std::f64::consts::PI * area)) as f32;
+        let shape = self.shapes.len() as u32;
+        let mut record = PackedShape::default();
+        let place = DAffine3::from_scale_rotation_translation(DVec3::splat(radius_m), DQuat::IDENTITY, position);
+        set_transform(&mut record, place);
+        // A lamp reflects nothing: one record of an emitter serves all of them.
+        let black = match self.lamp_material {
+            Some(black) => black,
+            None => {
+                self.materials.push(PackedMaterial {
+                    more: Vec4::W,
+                    kind: UVec4::new(MATERIAL_EMITTER, 0, NONE, NONE),
+                    ..PackedMaterial::default()
+                });
+                *self.lamp_material.insert(self.materials.len() as u32 - 1)
+            }
+        };
+        let emitter = Emitter { radiance, two_sided: false, coats: Vec::new() };
+        let first_emitter = add_emitters(&mut self.materials, &[emitter]);
+        if let (Some((axis, [outer, inner])), Some(record)) =
+            (lights::cone(&lamp.light.kind), self.materials.get_mut(first_emitter as usize))
+        {
+            record.kind.y |= EMITTER_BEAM;
+            record.extra = axis.as_vec3().extend(0.0);
+            record.lobe = Vec4::new(outer as f32, inner as f32, 0.0, 0.0);
+        }
+        record.index = UVec4::new(black, self.lights.len() as u32, first_emitter, lamp.node as u32);
+        self.add_sphere(shape, place);
+        self.add_sphere_light(shape, place, Shining { power_per_m2: luminance(radiance), two_sided: false });
+        self.shapes.push(record);
+        match self.bounds.last() {
+            Some(b) if is_far(b.low) || is_far(b.high) => Err(PackError::Coordinates { node: lamp.node }),
+            _ => Ok(()),
+        }
+    }
+
+    fn add_sphere_light(&mut self, shape: u32, place: DAffine3, shining: Shining) {
+        let area = ellipsoid_area(place);
+        let power = area * shining.power_per_m2;
+        let bounds = self.bounds.last().map_or([DVec3::ZERO; 2], |b| [b.low.as_dvec3(), b.high.as_dvec3()]);
+        let (kind, size) = match radius_of(place) {
+            Some(radius) => (LIGHT_SPHERE, radius),
+            None => (LIGHT_ELLIPSOID, place.matrix3.determinant().abs()),
+        };
+        self.lights.push(lights::round(kind, shape, place.translation, size, area, power, bounds));
     }
 
     // The power of a square metre of the shape, if it shines; the record gets its emitters.
@@ -87,14 +155,15 @@ impl Geometry {
         instance: &Instance,
         world: &World,
         record: &mut PackedShape,
-    ) -> Result<Option<f64>, PackError> {
+    ) -> Result<Option<Shining>, PackError> {
         let area = || area_m2(&instance.shape, instance.world_from_object);
         let found = emitters(&world.materials, instance.material, &self.materials, area)?;
         record.index.z = add_emitters(&mut self.materials, &found);
         let cover = self.materials.get(instance.material).map_or(0.0, |m| f64::from(m.more.w));
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
-        let power = || found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum();
-        Ok((!found.is_empty()).then(power))
+        let power_per_m2 = found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum();
+        let two_sided = found.iter().any(|e| e.two_sided);
+        Ok((!found.is_empty()).then_some(Shining { power_per_m2, two_sided }))
     }
 
     /// Widens all boxes so that no ray slips between two of them.
@@ -117,7 +186,7 @@ impl Geometry {
             .push(Primitive { shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_SPHERE), ..Primitive::default() });
     }
 
-    fn add_other(&mut self, shape: u32, other: &Other, emission: Option<f64>) {
+    fn add_other(&mut self, shape: u32, other: &Other, emission: Option<Shining>) {
         let primitive = Primitive {
             x: Vec4::new(other.size as f32, 0.0, 0.0, 0.0),
             shade: UVec4::new(0, 0, 0, shape | PRIMITIVE_OTHER),
@@ -128,8 +197,9 @@ impl Geometry {
         let rows = [0, 1, 2].map(|i| place.matrix3.row(i).extend(place.translation[i]));
         self.bounds.push(Bounds::of_other(&primitive, rows));
         self.primitives.push(primitive);
-        if let Some(power_per_m2) = emission {
-            self.lights.push(other.light(shape, power_per_m2));
+        if let (Some(shining), Some(b)) = (emission, self.bounds.last()) {
+            let bounds = [b.low.as_dvec3(), b.high.as_dvec3()];
+            self.lights.push(other.light(shape, shining.power_per_m2, bounds));
         }
     }
 
@@ -141,7 +211,7 @@ impl Geometry {
         place: DAffine3,
         frame: Frame,
         size: DVec2,
-        emission: Option<f64>,
+        emission: Option<Shining>,
     ) {
         let mut u = place.transform_vector3(frame.x * size.x);
         let mut v = place.transform_vector3(frame.y * size.y);
@@ -156,15 +226,15 @@ impl Geometry {
         primitive.index.y = u32::from(mirrored);
         self.primitives.push(primitive);
         self.bounds.push(bounds);
-        if let Some(power_per_m2) = emission {
+        if let Some(Shining { power_per_m2, two_sided }) = emission {
             let area = u.cross(v).length();
             let square = u.dot(v).abs() <= 1e-7 * u.length() * v.length();
             let kind = if square { LIGHT_RECTANGLE } else { LIGHT_PARALLELOGRAM };
-            self.lights.push(light(kind, shape, origin, [u, v], area, area * power_per_m2));
+            self.lights.push(lights::flat(kind, shape, origin, [u, v], area, area * power_per_m2, two_sided));
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<f64>) {
+    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<Shining>) {
         let positions: Vec<DVec3> = mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
         let by_normal = normal_matrix(place);
         let normals: Vec<u32> = mesh
@@ -190,11 +260,12 @@ impl Geometry {
         let (primitives, bounds): (Vec<_>, Vec<_>) = flats.unzip();
         self.primitives.extend(primitives);
         self.bounds.extend(bounds);
-        let Some(power_per_m2) = emission else { return };
+        let Some(Shining { power_per_m2, two_sided }) = emission else { return };
         for triangle in &mesh.triangles {
             let [a, b, c] = indices(triangle).map(|v| positions[v]);
             let area = 0.5 * (b - a).cross(c - a).length();
-            self.lights.push(light(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, area * power_per_m2));
+            let power = area * power_per_m2;
+            self.lights.push(lights::flat(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, power, two_sided));
         }
     }
 }
@@ -268,18 +339,6 @@ fn radius_of(place: DAffine3) -> Option<f64> {
     (largest <= radius_2 * 1e-9).then(|| radius_2.sqrt())
 }
 
-fn sphere_light(shape: u32, place: DAffine3, power_per_m2: f64) -> Light {
-    let area = ellipsoid_area(place);
-    let power = area * power_per_m2;
-    match radius_of(place) {
-        Some(radius) => light(LIGHT_SPHERE, shape, place.translation, [DVec3::X * radius, DVec3::ZERO], area, power),
-        None => {
-            let det = place.matrix3.determinant().abs();
-            light(LIGHT_ELLIPSOID, shape, place.translation, [DVec3::X * det, DVec3::ZERO], area, power)
-        }
-    }
-}
-
 pub fn normal_matrix(place: DAffine3) -> DMat3 {
     place.matrix3.inverse().transpose()
 }
@@ -306,7 +365,7 @@ fn box_faces() -> [Frame; 6] {
 
 /// Octahedral, two 16-bit signed fractions (Cigolle et al., JCGT 3(2), 2014). 0 means: no normal, so the direction +z,
 /// whose code that would be, takes the one next to it.
-fn encode_normal(n: Vec3) -> u32 {
+pub fn encode_normal(n: Vec3) -> u32 {
     if n == Vec3::ZERO {
         return 0;
     }

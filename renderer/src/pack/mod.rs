@@ -9,20 +9,23 @@ mod geometry;
 mod lights;
 mod materials;
 mod other;
+mod sky;
 mod spectra;
+mod tree;
 
 use std::f64::consts::TAU;
 
 use glam::{DVec3, UVec4, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{
-    FEATURE_CUTOUT, FEATURE_MATERIAL, FEATURE_OTHER, NONE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM,
-    SAMPLER_SOBOL, TABLE_ALBEDO,
+    EMITTER_BEAM, FEATURE_BEAM, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT, FEATURE_LIGHT_TREE, FEATURE_MATERIAL,
+    FEATURE_OTHER, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE, PRIMITIVE_KIND,
+    PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
 };
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
-use kinora_scene::{Background, Instance, Mis, Sampler, World};
+use kinora_scene::{Background, Instance, LightKind, Mis, Sampler, SkyLight, World};
 
 use geometry::Geometry;
 
@@ -51,6 +54,13 @@ pub enum PackError {
         /// How many there may be.
         limit: usize,
     },
+    /// Texels and tables of lights are more than the kernel can count.
+    Words {
+        /// How many words of 4 bytes they take.
+        words: usize,
+        /// How many there may be.
+        limit: usize,
+    },
     /// The geometry lies so that its tree is too deep, for example many shapes in the same place.
     TooDeep {
         /// Levels of the tree.
@@ -71,6 +81,9 @@ impl std::fmt::Display for PackError {
             PackError::Emitters { limit } => {
                 write!(f, "more than {limit} parts of a material shine, each in its own way")
             }
+            PackError::Words { words, limit } => {
+                write!(f, "pictures and lights take {} MiB, the limit is {} MiB", words >> 18, limit >> 18)
+            }
             PackError::TooDeep { depth } => write!(f, "the tree over the shapes is {depth} levels deep"),
         }
     }
@@ -80,6 +93,9 @@ impl std::error::Error for PackError {}
 
 /// Primitives of one picture: their indices must fit into the kernel's 30 bits, with room to spare.
 const MAX_PRIMITIVES: usize = 1 << 28;
+
+/// Words of texels and tables: their places must fit into the 30 bits that a tree of lights has for them.
+const MAX_WORDS: usize = 1 << 29;
 
 /// Makes the arrays of `world`.
 ///
@@ -97,11 +113,45 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     if geometry.primitives.len() > MAX_PRIMITIVES {
         return Err(PackError::TooMany { primitives: geometry.primitives.len(), limit: MAX_PRIMITIVES });
     }
-    let light_count = lights::choose_by_power(&mut geometry.lights);
+    for lamp in &world.lights {
+        match &lamp.light.kind {
+            LightKind::Point { radius_m, .. } | LightKind::Spot { radius_m, .. } if *radius_m > 0.0 => {
+                geometry.add_lamp(lamp)?;
+            }
+            kind => geometry.lights.extend(lights::point(lamp.light.color, kind)),
+        }
+    }
+    let near_count = lights::choose_by_power(&mut geometry.lights);
+    let mut words = Vec::new();
+    let light_tree = match geometry.lights.len() >= tree::TREE_FROM {
+        true => tree::build(&mut geometry.lights, &mut words),
+        false => None,
+    };
+    let mut above = above(world, near_count, &mut words)?;
+    // Lights without power stand before those from infinitely far away.
+    let light_count = if above.lights.is_empty() { near_count } else { geometry.lights.len() as u32 };
     let primitive_count = geometry.primitives.len() as u32;
     geometry.pad_bounds();
     let tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
     let mut params = Params { plane_count, primitive_count, light_count, ..params(world) };
+    above.write(&mut params);
+    params.light_tree = light_tree.unwrap_or(0);
+    if light_tree.is_some() {
+        params.features |= FEATURE_LIGHT_TREE;
+    }
+    let all_lights: Vec<_> = geometry
+        .lights
+        .into_iter()
+        .map(|light| light.packed)
+        .chain(above.lights.into_iter().map(|light| light.packed))
+        .collect();
+    let delta = |light: &kinora_kernel::Light| match light.kind.x {
+        LIGHT_SUN => light.edge_v.x <= 0.0,
+        kind => kind == LIGHT_POINT || kind == LIGHT_SPOT,
+    };
+    if all_lights.iter().any(delta) {
+        params.features |= FEATURE_DELTA;
+    }
     let cut_out = |instance: &Instance| geometry.materials.get(instance.material).is_some_and(|m| m.more.w < 1.0);
     if world.instances.iter().any(cut_out) {
         params.features |= FEATURE_CUTOUT;
@@ -111,6 +161,9 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     }
     for material in &geometry.materials {
         params.features |= FEATURE_MATERIAL << material.kind.x;
+        if material.kind.x == MATERIAL_EMITTER && material.kind.y & EMITTER_BEAM != 0 {
+            params.features |= FEATURE_BEAM;
+        }
     }
     let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
     tables.resize(TABLE_ALBEDO as usize, 0.0);
@@ -121,13 +174,84 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         primitives: not_empty(geometry.primitives),
         shapes: not_empty(geometry.shapes),
         materials: not_empty(geometry.materials),
-        lights: not_empty(geometry.lights.into_iter().map(|light| light.packed).collect()),
+        lights: not_empty(all_lights),
         tables,
-        words: not_empty(Vec::new()),
+        words: not_empty(words),
     };
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
     packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
     Ok(packed)
+}
+
+/// What comes from infinitely far away.
+#[derive(Default)]
+struct Above {
+    lights: Vec<lights::Distant>,
+    map: Option<sky::Placed>,
+    turn: f32,
+    /// Index of the map's light among `lights`.
+    map_light: Option<u32>,
+    near_count: u32,
+}
+
+/// Chance that a light from infinitely far away is sampled where there are others too.
+const DISTANT_CHANCE: f32 = 0.5;
+
+fn above(world: &World, near_count: u32, words: &mut Vec<u32>) -> Result<Above, PackError> {
+    let mut above = Above { near_count, ..Above::default() };
+    for lamp in &world.lights {
+        if let LightKind::Sun { direction, angle, irradiance } = lamp.light.kind {
+            above.lights.push(lights::sun(direction, 0.5 * angle, lamp.light.color * irradiance as f32));
+        }
+    }
+    let Some(sky) = &world.sky else { return Ok(above) };
+    let map = match &sky.light {
+        SkyLight::Color(_) => return Ok(above),
+        SkyLight::Map { image, rotation } => {
+            above.turn = (rotation / TAU).rem_euclid(1.0) as f32;
+            sky::map_of(image)
+        }
+        &SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity } => {
+            let computed = sky::nishita(sun_elevation, sun_azimuth, turbidity);
+            if computed.sun.max_element() > 0.0 && sky.strength > 0.0 {
+                let irradiance = computed.sun * sky.strength as f32;
+                above.lights.push(lights::sun(-computed.to_sun, computed.half_angle, irradiance));
+            }
+            computed.map
+        }
+    };
+    let needed = 3 * map.texels.len() + words.len();
+    if needed > MAX_WORDS {
+        return Err(PackError::Words { words: needed, limit: MAX_WORDS });
+    }
+    let placed = sky::place(&map, words);
+    let irradiance = placed.irradiance * sky.strength;
+    if irradiance > 0.0 {
+        above.map_light = Some(above.lights.len() as u32);
+        above.lights.push(lights::sky(irradiance));
+    }
+    above.map = Some(placed);
+    Ok(above)
+}
+
+impl Above {
+    fn write(&mut self, params: &mut Params) {
+        params.distant_count = lights::choose_distant(&mut self.lights);
+        if params.distant_count == 0 {
+            self.lights.clear();
+            self.map_light = None;
+        } else {
+            params.features |= FEATURE_DISTANT;
+            params.distant_chance = if self.near_count == 0 { 1.0 } else { DISTANT_CHANCE };
+        }
+        if let Some(map) = &self.map {
+            params.features |= FEATURE_SKY_MAP;
+            params.sky_map = map.map;
+            params.sky_map.w = self.map_light.map_or(NONE, |light| light + params.light_count);
+            params.sky_cells = map.cells;
+            params.sky_turn = self.turn;
+        }
+    }
 }
 
 fn not_empty<T: Default>(mut items: Vec<T>) -> Vec<T> {

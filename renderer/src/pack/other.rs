@@ -9,7 +9,7 @@ use kinora_kernel::generated::{
 use kinora_scene::{Shape, Still};
 
 use super::geometry::{ellipsoid_area, normal_matrix};
-use super::lights::{Light, light};
+use super::lights::{self, Light};
 
 /// Such a shape in the world.
 pub struct Other {
@@ -89,15 +89,18 @@ impl Other {
     }
 
     /// The light that it is; `power_per_m2` up to a factor.
-    pub fn light(&self, shape: u32, power_per_m2: f64) -> Light {
+    pub fn light(&self, shape: u32, power_per_m2: f64, bounds: [DVec3; 2]) -> Light {
         let areas = DVec3::from_array(self.areas());
         let area = areas.element_sum();
         let sizes = DVec3::new(self.place.matrix3.determinant().abs(), self.size, 0.0);
-        let mut found =
-            light(LIGHT_OTHER, shape, self.place.translation, [sizes, areas / area], area, area * power_per_m2);
-        found.packed.normal.x = 0.0;
-        found.packed.normal.y = 0.0;
-        found.packed.normal.z = 0.0;
+        let mut found = lights::other(
+            LIGHT_OTHER,
+            shape,
+            self.place.translation,
+            [sizes, areas / area],
+            area * power_per_m2,
+            bounds,
+        );
         found.packed.kind.z = self.kind;
         found
     }

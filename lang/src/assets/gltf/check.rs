@@ -198,12 +198,12 @@ impl<'c> Check<'c> {
     ) {
         let offset = index(part, "byteOffset").unwrap_or(0);
         let total = index(view, "byteOffset").unwrap_or(0).saturating_add(offset);
-        if total % component != 0 || offset % component != 0 {
+        if !total.is_multiple_of(component) || !offset.is_multiple_of(component) {
             self.report(
                 format!("{at}/byteOffset"),
                 format!("byte {total} of the buffer is not a multiple of {component}"),
             );
-        } else if matrix && total % 4 != 0 {
+        } else if matrix && !total.is_multiple_of(4) {
             self.report(format!("{at}/byteOffset"), "matrices begin at multiples of 4 bytes");
         }
         let stride = index(view, "byteStride").unwrap_or(size);
@@ -375,9 +375,9 @@ impl<'c> Check<'c> {
         let size = accessor::layout(accessor).map_or(4, |layout| layout.size());
         let stride = index(view, "byteStride");
         let many = index(accessor, "count").unwrap_or(0) > 1;
-        if offset % 4 != 0
-            || index(view, "byteOffset").unwrap_or(0) % 4 != 0
-            || (many && stride.unwrap_or(size) % 4 != 0)
+        if !offset.is_multiple_of(4)
+            || !index(view, "byteOffset").unwrap_or(0).is_multiple_of(4)
+            || (many && !stride.unwrap_or(size).is_multiple_of(4))
         {
             self.report(at, "vertices lie at multiples of 4 bytes");
         }

@@ -174,7 +174,7 @@ fn percent_decode(text: &str) -> Option<Vec<u8>> {
 
 /// RFC 4648, padding required, no other characters.
 fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
-    if text.len() % 4 != 0 {
+    if !text.len().is_multiple_of(4) {
         return None;
     }
     let digit = |byte: u8| {

@@ -233,7 +233,7 @@ pub fn local(node: &Value) -> DMat4 {
 /// Scale, rotation and translation of a node without a matrix.
 pub fn parts(node: &Value) -> (DVec3, glam::DQuat, DVec3) {
     let vector = |name: &str, default| super::json::numbers::<3>(node, name).map_or(default, DVec3::from_array);
-    let rotation = super::json::numbers::<4>(node, "rotation").map(|q| glam::DQuat::from_array(q));
+    let rotation = super::json::numbers::<4>(node, "rotation").map(glam::DQuat::from_array);
     let rotation = rotation.map_or(glam::DQuat::IDENTITY, |q| q.normalize());
     (vector("scale", DVec3::ONE), rotation, vector("translation", DVec3::ZERO))
 }

@@ -119,6 +119,13 @@ pub(super) const ROWS: &[Row] = &[
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nrender { samples: 16 }\ngroup all { sphere { radius: 1 } }",
     ),
     row(
+        "E0216",
+        "a private name of another file",
+        "Names that start with `_` are for their own file alone, so that it may change them without asking anybody.",
+        "lang 1\nimport { _paper } from \"std/studio\"\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere { material: _paper }",
+        "lang 1\nimport { white } from \"std/cornell\"\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere { material: white }",
+    ),
+    row(
         "E0217",
         "a name is built in",
         "The name already means something, and hiding it would confuse every reader.",
@@ -511,11 +518,25 @@ pub(super) const ROWS: &[Row] = &[
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { radius: keys { 0s: 1  1s: 2 } }",
     ),
     row(
+        "E0702",
+        "files that import each other in a circle",
+        "Imports form a tree: a file that needs itself, through whichever others, has no beginning. Move what both need into a third file.",
+        "",
+        "",
+    ),
+    row(
+        "E0706",
+        "an imported file has no such name",
+        "A file offers what its top level declares: nodes, materials, prefabs, functions, values and parameters. What it imports itself it does not pass on.",
+        "lang 1\nimport { backdrop } from \"std/studio\"\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nbackdrop { }",
+        "lang 1\nimport { cyclorama as backdrop } from \"std/studio\"\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nbackdrop { }",
+    ),
+    row(
         "E0707",
         "an import below other items",
         "Imports come first, so that a reader sees at once what a file needs.",
-        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { radius: 1 }\nimport \"lib/metals.kin\" as metals",
-        "",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { material: metals.gold }\nimport \"std/metals\" as metals",
+        "lang 1\nimport \"std/metals\" as metals\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { material: metals.gold }",
     ),
     row(
         "E0708",
@@ -582,6 +603,13 @@ pub(super) const ROWS: &[Row] = &[
         "",
     ),
     row(
+        "W0811",
+        "texels that are no light",
+        "A picture of light may have no negative values, and none that are not finite.",
+        "",
+        "",
+    ),
+    row(
         "E1001",
         "calls without end",
         "A function may call itself, if a condition ends that; and values may depend on values, but not in a chain of thousands.",
@@ -608,6 +636,13 @@ pub(super) const ROWS: &[Row] = &[
         "A scene has at most a million nodes, a list a million items, a text 64 KiB.",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nfor i in 0..1000000 { sphere { }  sphere { } }",
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nfor i in 0..10 { sphere { }  sphere { } }",
+    ),
+    row(
+        "E1005",
+        "too many files",
+        "A scene has at most 256 files, and they import one another at most 32 deep.",
+        "",
+        "",
     ),
     row("E1007", "a bug in the tool", "The tool contradicts itself. It is not the fault of the scene.", "", ""),
 ];

@@ -50,7 +50,7 @@ macro_rules! compiled {
 
             #[target_feature(enable = $features)]
             pub fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
-                walk::many::<lanes::$eight, ANY>(kernel, rays, active, hits)
+                walk::many::<lanes::$eight, lanes::$widest, ANY>(kernel, rays, active, hits)
             }
 
             #[target_feature(enable = $features)]
@@ -85,7 +85,7 @@ fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start
 fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
     let Native { tree, isa } = *kernel.native;
     match (isa, tree.has_few()) {
-        (Isa::Portable, false) => walk::many::<lanes::Portable, ANY>(kernel, rays, active, hits),
+        (Isa::Portable, false) => walk::many::<lanes::Portable, lanes::Portable, ANY>(kernel, rays, active, hits),
         (Isa::Portable, true) => sweep::many::<lanes::Portable, ANY>(kernel, rays, active, hits),
         // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]

@@ -1,9 +1,11 @@
-//! The walk of a ray through the tree: eight boxes or primitives at a time.
+//! The walk through the tree: one ray before eight boxes or primitives, or many rays before one box.
 
-use super::lanes::{BATCH, Eight, Row, Stack, WIDTH};
-use super::ray::{Hits, Prepared, Rays, splat};
+use super::lanes::{BATCH, Eight, Lanes, Row, Stack, WIDTH};
+use super::ray::{Hits, Of, Prepared, Rays, splat};
 use super::shapes::{LaneHits, Probe, flats, others, spheres};
-use super::tree::{ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Node};
+use super::tree::{
+    ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, NO_ITEM, Node,
+};
 use crate::generated::{FAR, Hit, Kernel, NONE};
 
 /// Orders of visit by the signs of a ray's direction and the mask of the slots that it meets, the slots as bytes: the
@@ -215,24 +217,130 @@ pub fn one<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32;
     walk.hit()
 }
 
-/// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something.
+/// Rays that go on together; fewer are walked one by one.
+const TOGETHER: u32 = 4;
+
+/// Slots of a node by the signs of a ray's direction, the farthest first.
+static FARTHEST: [[u8; WIDTH]; 8] = farthest();
+
+const fn farthest() -> [[u8; WIDTH]; 8] {
+    let mut all = [[0; WIDTH]; 8];
+    let mut negative = 0;
+    while negative < 8 {
+        let mut rank = 0;
+        while rank < WIDTH {
+            all[negative][rank] = [7, 6, 5, 3, 4, 2, 1, 0][rank] ^ negative as u8;
+            rank += 1;
+        }
+        negative += 1;
+    }
+    all
+}
+
+/// A child that some rays may meet: its node, and in one number its slot and the mask of the rays.
+#[derive(Clone, Copy, Default)]
+struct Child {
+    node: u32,
+    slot_and_rays: u32,
+}
+
+/// Children still to visit by several rays; where there is no room for more, rays go one by one.
+const CHILDREN: usize = 256;
+
+/// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something. They go down
+/// together, a ray a lane, as long as there are several of them at a node, and then one by one with its boxes in lanes:
+/// E for what is one by one, W for all of them.
 #[inline(always)]
-pub fn many<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
+pub fn many<E: Eight, W: Lanes, const ANY: bool>(
+    kernel: &Kernel<'_>,
+    rays: &Rays,
+    active: u32,
+    hits: &mut Hits,
+) -> u32 {
     let tree = kernel.native.tree;
     let Some(root) = tree.root else { return 0 };
-    let prepared = Prepared::<BATCH>::new::<L>(&rays.o, &rays.d, tree.reach);
+    let prepared = Prepared::<BATCH>::new::<W>(&rays.o, &rays.d, tree.reach);
+    let mut cull: Of<BATCH> = std::array::from_fn(|i| rays.t_max[i] + prepared.slack[i]);
     let mut found = 0;
-    for i in (0..BATCH).filter(|i| active >> i & 1 == 1) {
-        let mut walk = Walk::new(root, rays.t_max[i], rays.start[i], prepared.slack[i]);
-        let mut stack = Stack::new();
-        while walk.step::<L, ANY, BATCH>(kernel, &prepared, i, &mut stack) {}
-        if walk.found {
-            found |= 1 << i;
-            if !ANY {
-                let hit = walk.best;
-                (hits.t[i], hits.id[i], hits.u[i], hits.v[i]) = (hit.t, hit.id, hit.uv.x, hit.uv.y);
+    let mut waiting = [Child::default(); CHILDREN];
+    let mut height = 0;
+    let (mut item, mut mask) = (root, active);
+    loop {
+        let together = mask.count_ones() > TOGETHER && height + WIDTH <= CHILDREN;
+        let node = (together && item & ITEM_KIND == ITEM_NODE).then(|| tree.nodes.get(item as usize)).flatten();
+        if let Some(node) = node {
+            let first = mask.trailing_zeros() as usize % BATCH;
+            for slot in FARTHEST[prepared.negative[first] as usize & 7] {
+                if node.items[slot as usize % WIDTH] != NO_ITEM {
+                    waiting[height] = Child { node: item, slot_and_rays: u32::from(slot) << BATCH | mask };
+                    height += 1;
+                }
+            }
+        } else {
+            while mask != 0 {
+                let i = mask.trailing_zeros() as usize % BATCH;
+                mask &= mask - 1;
+                let mut walk = Walk::new(item, rays.t_max[i], rays.start[i], prepared.slack[i]);
+                if !ANY && found >> i & 1 == 1 {
+                    walk.best = Hit { t: hits.t[i], id: hits.id[i], uv: glam::Vec2::new(hits.u[i], hits.v[i]) };
+                    walk.cull = cull[i];
+                }
+                let mut stack = Stack::new();
+                while walk.step::<E, ANY, BATCH>(kernel, &prepared, i, &mut stack) {}
+                if walk.found {
+                    found |= 1 << i;
+                    if !ANY {
+                        let hit = walk.best;
+                        (hits.t[i], hits.id[i], hits.u[i], hits.v[i]) = (hit.t, hit.id, hit.uv.x, hit.uv.y);
+                        cull[i] = walk.cull;
+                    }
+                }
+            }
+        }
+        // The nearest child that is met still.
+        loop {
+            if height == 0 {
+                return found;
+            }
+            height -= 1;
+            let Child { node, slot_and_rays } = waiting[height % CHILDREN];
+            mask = slot_and_rays & ((1 << BATCH) - 1);
+            if ANY {
+                mask &= !found;
+            }
+            if mask == 0 {
+                continue;
+            }
+            let Some(node) = tree.nodes.get(node as usize) else { continue };
+            let slot = (slot_and_rays >> BATCH) as usize % WIDTH;
+            mask &= met_by::<W>(node, slot, &prepared, &cull, mask);
+            if mask != 0 {
+                item = node.items[slot];
+                break;
             }
         }
     }
-    found
+}
+
+/// Which rays meet a child of `node` before `cull`, of those in `mask` at least.
+#[inline(always)]
+fn met_by<W: Lanes>(node: &Node, slot: usize, rays: &Prepared<BATCH>, cull: &Of<BATCH>, mask: u32) -> u32 {
+    let mut met = 0;
+    for at in (0..BATCH).step_by(W::COUNT) {
+        if mask >> at & ((1_u64 << W::COUNT) - 1) as u32 == 0 {
+            continue;
+        }
+        let (mut near, mut far) = (W::splat(0.0), W::load(&cull[at..]));
+        for axis in 0..3 {
+            let inverse = W::load(&rays.inverse[axis][at..]);
+            let [low, high] = &node.bounds[axis];
+            let (low, high) = (W::splat(low.0[slot]), W::splat(high.0[slot]));
+            let negative = inverse.lt(W::splat(0.0));
+            let (enter, leave) = (W::select(low, high, negative), W::select(high, low, negative));
+            near = enter.mul_add(inverse, W::load(&rays.near[axis][at..])).max(near);
+            far = leave.mul_add(inverse, W::load(&rays.far[axis][at..])).min(far);
+        }
+        met |= W::bits(near.le(far)) << at;
+    }
+    met
 }
