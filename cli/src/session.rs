@@ -248,7 +248,10 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         | PackError::TooDeep { .. }
         | PackError::Words { .. }
         | PackError::Materials { .. }
-        | PackError::Emitters { .. } => "E1004",
+        | PackError::Emitters { .. }
+        | PackError::CutOuts { .. }
+        | PackError::Textures { .. } => "E1004",
+        PackError::Texels { .. } => "E0807",
     };
     Diagnostic::new(code, error.to_string())
 }

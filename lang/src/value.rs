@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use kinora_scene::Ease;
 
+use crate::builtin::texture::Texture;
 use crate::dimension::{self, Dimension};
 use crate::eval::graph::Scalar;
 use crate::source::Span;
@@ -67,6 +68,8 @@ pub enum Value {
     Inner(NodeId, Arc<str>),
     /// A word that a property takes.
     Word(&'static str),
+    /// What varies over a surface.
+    Texture(Arc<Texture>),
     /// Keyframes, kept whole until something is computed with them.
     Keys(Arc<Vec<KeyItem>>),
 }
@@ -134,7 +137,9 @@ impl Value {
             Value::Tuple(items) | Value::List(items) => items.iter().all(Value::is_constant),
             Value::Range(from, to) => all(&[from.value, to.value]),
             Value::Keys(_) => false,
-            Value::Error | Value::Text(_) | Value::Node(_) | Value::Inner(..) | Value::Word(_) => true,
+            Value::Error | Value::Text(_) | Value::Node(_) | Value::Inner(..) | Value::Word(_) | Value::Texture(_) => {
+                true
+            }
         }
     }
 
@@ -167,6 +172,7 @@ impl Value {
             Value::Range(..) => "a range".into(),
             Value::Node(_) | Value::Inner(..) => "a node".into(),
             Value::Word(word) => format!("`{word}`"),
+            Value::Texture(texture) => texture.with_article().into(),
             Value::Keys(keys) => match keys.first() {
                 Some(key) => key.value.with_article(),
                 None => "keys".into(),
@@ -202,6 +208,7 @@ impl Value {
             Value::Node(_) => "a node".into(),
             Value::Inner(_, path) => format!("node \"{path}\""),
             Value::Word(word) => (*word).into(),
+            Value::Texture(texture) => texture.with_article().into(),
             Value::Keys(_) => "keys".into(),
         }
     }

@@ -12,6 +12,7 @@ const SHADERS: &[&str] = &[
     "intersect.wgsl",
     "bvh.wgsl",
     "surface.wgsl",
+    "texture.wgsl",
     "shapes.wgsl",
     "media.wgsl",
     "bsdf/bsdf.wgsl",

@@ -46,10 +46,17 @@ pub fn scene(path: &str, params: &[(&str, &str)]) -> kinora_scene::Scene {
 /// # Panics
 /// The text has a mistake.
 pub fn world(text: &str) -> kinora_scene::World {
+    world_with(text, &kinora_lang::files::Memory::default())
+}
+
+/// As [`world`], of a text that names `files`.
+///
+/// # Panics
+/// The text has a mistake.
+pub fn world_with(text: &str, files: &kinora_lang::files::Memory) -> kinora_scene::World {
     use kinora_lang::source::{FileId, Source};
     let source = Source::new(FileId(0), "test.kin", text);
-    let files = kinora_lang::files::Memory::default();
-    match kinora_lang::eval(&kinora_lang::parse(&source), &files, &Default::default()) {
+    match kinora_lang::eval(&kinora_lang::parse(&source), files, &Default::default()) {
         Ok(evaluated) if evaluated.warnings.is_empty() => {
             let shutter = evaluated.scene.clock.shutter_of(0);
             kinora_animator::sample(&evaluated.scene, shutter).expect("the scene has a world at 0 s")

@@ -4,9 +4,10 @@ pub mod gltf;
 pub mod hdr;
 mod model;
 mod obj;
-mod picture;
+pub mod picture;
 mod ply;
 mod shape;
+mod texture;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use crate::eval::machine::not_yet;
 use crate::files::{Files, diagnose, resolve};
 use crate::lower::{Lowered, MeshFrom, MeshRequest};
 use crate::source::{Span, Texts};
+pub use texture::load_textures;
 
 /// Why a mesh cannot be used: a code and one clause.
 #[derive(Debug, Clone, PartialEq, Eq)]

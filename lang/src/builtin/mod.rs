@@ -7,6 +7,7 @@ pub mod ease;
 mod math;
 mod random;
 mod table;
+pub mod texture;
 mod turn;
 
 pub use color::srgb_to_linear;
@@ -16,6 +17,7 @@ pub use turn::{quaternion, turn_after, turned};
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::eval::graph::{Graph, Scalar};
+use crate::schema::Choice;
 use crate::source::{FileId, Span};
 use crate::value::{Number, Value};
 
@@ -26,6 +28,8 @@ pub struct Param {
     pub name: &'static str,
     /// Whether it may be left out.
     pub optional: bool,
+    /// The words that it takes instead of a value, if any.
+    pub words: &'static [Choice],
 }
 
 /// A built-in function.
@@ -36,8 +40,6 @@ pub struct Builtin {
     pub params: &'static [Param],
     /// Whether it takes any number of plain arguments; `params` are then given by name.
     pub rest: bool,
-    /// Whether it is answered with "not yet".
-    pub later: bool,
     /// What it computes.
     pub run: fn(&mut Call<'_>) -> Value,
     /// One line.

@@ -1,14 +1,20 @@
 //! The table of built-in functions.
 
+use super::texture::{self, CHANNELS, FILTERS, SPACES, WRAPS};
 use super::{Builtin, Call, Param, color, math, random, turn};
+use crate::schema::Choice;
 use crate::value::Value;
 
 const fn param(name: &'static str) -> Param {
-    Param { name, optional: false }
+    Param { name, optional: false, words: &[] }
 }
 
 const fn optional(name: &'static str) -> Param {
-    Param { name, optional: true }
+    Param { name, optional: true, words: &[] }
+}
+
+const fn words(name: &'static str, words: &'static [Choice]) -> Param {
+    Param { name, optional: true, words }
 }
 
 const fn of(
@@ -17,7 +23,7 @@ const fn of(
     run: fn(&mut Call<'_>) -> Value,
     doc: &'static str,
 ) -> Builtin {
-    Builtin { name, params, rest: false, later: false, run, doc }
+    Builtin { name, params, rest: false, run, doc }
 }
 
 const fn any(
@@ -26,11 +32,7 @@ const fn any(
     run: fn(&mut Call<'_>) -> Value,
     doc: &'static str,
 ) -> Builtin {
-    Builtin { name, params, rest: true, later: false, run, doc }
-}
-
-const fn later(name: &'static str, params: &'static [Param], doc: &'static str) -> Builtin {
-    Builtin { name, params, rest: false, later: true, run: |_| Value::Error, doc }
+    Builtin { name, params, rest: true, run, doc }
 }
 
 const X: &[Param] = &[param("x")];
@@ -96,21 +98,40 @@ pub static BUILTINS: &[Builtin] = &[
     of("hsv", &[param("h"), param("s"), param("v")], color::hsv, "a colour by hue, saturation and value, of sRGB"),
     of("oklch", &[param("l"), param("c"), param("h")], color::oklch, "a colour by lightness, chroma and hue"),
     of("blackbody", &[param("temperature")], color::blackbody, "the colour of a glowing body at luminance 1"),
-    later(
+    of(
         "image",
         &[
             param("file"),
-            optional("space"),
-            optional("wrap"),
+            words("space", SPACES),
+            words("wrap", WRAPS),
             optional("scale"),
             optional("offset"),
             optional("rotation"),
-            optional("filter"),
-            optional("channel"),
+            words("filter", FILTERS),
+            words("channel", CHANNELS),
         ],
+        texture::image,
         "a picture as a texture",
     ),
-    later("checker", &[param("a"), param("b"), optional("scale")], "squares of two colours"),
-    later("normal_map", &[param("file"), optional("strength")], "bends the normal by a picture"),
+    of(
+        "checker",
+        &[param("a"), param("b"), optional("scale")],
+        texture::checker,
+        "squares of two colours, numbers or textures",
+    ),
+    of(
+        "normal_map",
+        &[
+            param("file"),
+            optional("strength"),
+            words("wrap", WRAPS),
+            optional("scale"),
+            optional("offset"),
+            optional("rotation"),
+            words("filter", FILTERS),
+        ],
+        texture::normal_map,
+        "turns the normal by a picture",
+    ),
     of("node", &[param("model"), param("path")], |call| call.node(), "a node in a model: `node(robot, \"Arm/Hand\")`"),
 ];

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use kinora_scene::{Ease, Spectrum};
 
+use crate::builtin::texture::{Paint, Texture};
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::dimension::{Dimension, short, show};
 use crate::eval::expr::short_text;
@@ -28,6 +29,8 @@ pub enum Data {
     Text(Arc<str>),
     /// A node.
     Node(NodeId),
+    /// What varies over a surface.
+    Texture(Arc<Texture>),
     /// A node or a camera of a model's file, by its path there.
     Inner(NodeId, Arc<str>),
     /// A list of points, pairs or numbers.
@@ -137,6 +140,7 @@ impl<'a> Machine<'a> {
 
     fn fit_plain(&mut self, value: &Value, site: &Site<'a>, span: Span, whole: bool) -> Option<Data> {
         let data = match (&site.property.ty, value) {
+            (_, Value::Texture(texture)) => return self.fit_texture(texture, site, span, whole),
             (Type::Number(dimension, bare), Value::Number(number)) => {
                 let expr = whole.then_some(site.expr);
                 Data::Parts(vec![self.component(number, *dimension, *bare, span, expr, site)?])
@@ -210,6 +214,89 @@ impl<'a> Machine<'a> {
             }
         };
         self.check(&data, site, span).then_some(data)
+    }
+
+    /// A texture as the property takes it.
+    fn fit_texture(&mut self, texture: &Arc<Texture>, site: &Site<'a>, span: Span, whole: bool) -> Option<Data> {
+        let (file, property) = (self.file(), site.property);
+        if !whole {
+            let diagnostic = Diagnostic::new("E0608", "textures cannot change over time")
+                .primary(file, span, "a texture among keys")
+                .help("mix two materials, and keyframe the amount");
+            self.report(diagnostic);
+            return None;
+        }
+        if site.kind.name == "emitter" && property.name == "color" {
+            self.later("a texture as `color` of `emitter`", span);
+            return None;
+        }
+        if !property.varies {
+            let able: Vec<&str> =
+                site.kind.all().filter(|p| p.varies && p.ty != Type::NormalMap).map(|p| p.name).collect();
+            let found = texture.with_article();
+            let wanted = property.ty.with_article();
+            let mut diagnostic = Diagnostic::new("E0301", format!("`{}` cannot be {found}", property.name))
+                .primary(file, span, format!("this is {found}"))
+                .label(file, site.name, format!("is {wanted}, the same everywhere"));
+            if matches!(property.name, "ior" | "attenuation_color") {
+                diagnostic = diagnostic.note("it says what the inside is like, and a texture has no inside");
+            }
+            if !able.is_empty() {
+                let list = all_of(able.iter().copied());
+                diagnostic = diagnostic.help(format!("of `{}`, these can: {list}", site.kind.name));
+            }
+            self.report(diagnostic);
+            return None;
+        }
+        match (property.ty, &**texture) {
+            (Type::NormalMap, Texture::Normal { .. }) => {}
+            (Type::NormalMap, Texture::Image(_)) => {
+                let diagnostic = Diagnostic::new("E0301", "expected a normal map, found an image")
+                    .primary(file, span, "a picture of colours")
+                    .help("write `normal_map(..)` instead of `image(..)`");
+                self.report(diagnostic);
+                return None;
+            }
+            (Type::NormalMap, _) | (_, Texture::Normal { .. }) => {
+                let (wanted, found) = (property.ty.with_article(), texture.with_article());
+                let diagnostic = Diagnostic::new("E0301", format!("expected {wanted}, found {found}"))
+                    .primary(file, span, format!("this is {found}"))
+                    .label(file, site.name, format!("`{}` is {wanted}", property.name));
+                self.report(diagnostic);
+                return None;
+            }
+            _ if !self.fits_squares(texture, site) => return None,
+            _ => {}
+        }
+        Some(Data::Texture(texture.clone()))
+    }
+
+    /// Whether all squares of a checker are what the property is, and in its range.
+    fn fits_squares(&mut self, texture: &Texture, site: &Site<'a>) -> bool {
+        let Texture::Checker { squares, .. } = texture else { return true };
+        squares.iter().all(|square| match &square.value {
+            Paint::Texture(inside) => self.fits_squares(inside, site),
+            Paint::Color(parts) if site.property.ty == Type::Color => {
+                self.check(&Data::Parts(parts.map(Scalar::Const).to_vec()), site, square.span)
+            }
+            Paint::Number(number) if site.property.ty != Type::Color => {
+                self.check(&Data::Parts(vec![Scalar::Const(*number)]), site, square.span)
+            }
+            other => {
+                let found = match other {
+                    Paint::Color(_) => "a colour",
+                    _ => "a number",
+                };
+                let wanted = site.property.ty.with_article();
+                let code = if site.property.ty == Type::Color { "E0309" } else { "E0301" };
+                let file = self.file();
+                let diagnostic = Diagnostic::new(code, format!("expected {wanted}, found {found}"))
+                    .primary(file, square.span, format!("this is {found}"))
+                    .label(file, site.name, format!("`{}` is {wanted}", site.property.name));
+                self.report(diagnostic);
+                false
+            }
+        })
     }
 
     fn wrong_count(&mut self, expected: usize, found: usize, span: Span) {

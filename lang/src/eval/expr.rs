@@ -525,15 +525,17 @@ impl<'a> Machine<'a> {
         let mut written: Vec<Option<&'a Expr>> = vec![None; function.params.len()];
         let mut more = Vec::new();
         for (i, arg) in args.iter().enumerate() {
-            let value = self.plain(&arg.value, env);
-            if value.is_error() {
-                return Value::Error;
-            }
             let at = match &arg.name {
                 Some(name) => function.params.iter().position(|param| param.name == &*name.text),
                 None if i < function.params.len() && !(function.rest && i >= function.fixed()) => Some(i),
                 None => None,
             };
+            let words = at.and_then(|at| function.params.get(at)).map_or(&[][..], |param| param.words);
+            let value = self.expr(&arg.value, env, words);
+            let value = self.flatten(value);
+            if value.is_error() {
+                return Value::Error;
+            }
             match at.and_then(|at| Some((given.get_mut(at)?, written.get_mut(at)?))) {
                 Some((slot, expr)) => (*slot, *expr) = ((Some(value), arg.value.span), Some(&arg.value)),
                 None => more.push((value, arg.value.span)),
@@ -545,9 +547,6 @@ impl<'a> Machine<'a> {
             && (matches!(a, Value::Node(_)) || matches!(b, Value::Node(_)))
         {
             return self.mix([(a.clone(), at_a), (b.clone(), at_b), (amount.clone(), at_amount)], span, env);
-        }
-        if function.later {
-            return self.later(&format!("`{}`", name.text), span);
         }
         let arguments = given.iter().filter_map(|given| given.0.as_ref()).chain(more.iter().map(|given| &given.0));
         let size: usize = arguments.map(|value| value.size(limits::LIST, limits::NESTING).unwrap_or(0)).sum();

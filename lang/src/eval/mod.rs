@@ -97,6 +97,7 @@ fn eval_modules(modules: &Modules, files: &dyn Files, overrides: &Overrides) -> 
     let mut lowered = lowered;
     if let Some(lowered) = &mut lowered {
         assets::load_meshes(lowered, files, &modules.texts, &mut diagnostics);
+        assets::load_textures(lowered, files, &modules.texts, &mut diagnostics);
         assets::load_sky(lowered, files, &modules.texts, &mut diagnostics);
         assets::load_models(lowered, files, &modules.texts, &mut diagnostics);
     }

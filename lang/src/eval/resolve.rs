@@ -1209,11 +1209,25 @@ impl<'a> Resolver<'a> {
         self.report(diagnostic);
     }
 
+    /// The words that an argument of a built-in function may be.
+    fn argument_words(&self, callee: &Expr, index: usize, arg: &ast::Arg) -> Wanted {
+        let name = self.source.slice(callee.span);
+        let own = self.find(name, |decl| matches!(decl, Declared::Fn(_) | Declared::Import)).is_some();
+        let Some(function) = builtin::find(name).filter(|_| !own) else { return VALUE };
+        let param = match &arg.name {
+            Some(name) => function.params.iter().find(|param| param.name == &*name.text),
+            None if function.rest => None,
+            None => function.params.get(index),
+        };
+        param.map_or(VALUE, |param| Wanted { words: param.words, property: param.name, ..VALUE })
+    }
+
     fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span, wanted: Wanted) {
         let mixes = wanted.sort == Some(Sort::Material) && self.source.slice(callee.span) == schema::MIX.name;
         for (i, arg) in args.iter().enumerate() {
             let name = arg.name.as_ref().map_or(["a", "b"].get(i).copied().unwrap_or(""), |name| &*name.text);
-            self.value(&arg.value, if mixes && matches!(name, "a" | "b") { wanted } else { VALUE });
+            let words = self.argument_words(callee, i, arg);
+            self.value(&arg.value, if mixes && matches!(name, "a" | "b") { wanted } else { words });
         }
         let file = self.file();
         let path = match &callee.kind {

@@ -1,15 +1,17 @@
 //! Materials, each once, what they are made of before themselves.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
-use kinora_scene::{Animated, Bsdf, Color, DiffuseModel, Emission, Material, Reflectance, Spectrum, Track};
+use kinora_scene::{Animated, Bsdf, Color, DiffuseModel, Emission, Material, Reflectance, Slot, Spectrum, Track};
 
 use super::{Lower, read};
+use crate::builtin::texture::Texture;
 use crate::diagnostic::Diagnostic;
 use crate::eval::coerce::Data;
 use crate::eval::limits;
 use crate::eval::machine::{NodeKind, NodeValue};
-use crate::schema::Sort;
+use crate::schema::{Sort, Type};
 use crate::source::Span;
 use crate::value::NodeId;
 
@@ -22,6 +24,36 @@ pub(super) struct MadeOf {
     pub layers: usize,
     /// Whether it has an inside.
     pub glass: bool,
+}
+
+/// A texture that is still to be read.
+#[derive(Debug, Clone)]
+pub struct TextureRequest {
+    /// Index into the scene's materials.
+    pub material: usize,
+    /// What it scales.
+    pub slot: Slot,
+    /// What the scene says.
+    pub texture: Arc<Texture>,
+    /// Whether the property is a colour, not a ratio.
+    pub color: bool,
+    /// The place of the value.
+    pub span: Span,
+}
+
+// What a texture of a property scales.
+fn slot_of(name: &str, texture: &Texture) -> Option<Slot> {
+    Some(match (name, texture) {
+        ("normal", Texture::Normal { strength, .. }) => Slot::Normal { strength: *strength },
+        ("color", _) => Slot::Color,
+        ("edge_tint", _) => Slot::EdgeTint,
+        ("roughness", _) => Slot::Roughness,
+        ("anisotropy", _) => Slot::Anisotropy,
+        ("metalness", _) => Slot::Metalness,
+        ("amount", _) => Slot::Amount,
+        ("opacity", _) => Slot::Opacity,
+        _ => return None,
+    })
 }
 
 impl<'a> Lower<'_, 'a> {
@@ -62,7 +94,28 @@ impl<'a> Lower<'_, 'a> {
         }
         let index = self.push_material(material, made_of);
         self.known_materials.insert(id, index);
+        if let Some(node) = id.and_then(|id| self.machine.done(id)) {
+            // The colour of a coat is that of the base beneath.
+            let glossy = matches!(node.kind, NodeKind::Schema(kind) if kind.name == "glossy");
+            self.textures_of(&node, index, |name| !glossy || name != "color");
+        }
         index
+    }
+
+    fn textures_of(&mut self, node: &Rc<NodeValue<'a>>, material: usize, of: impl Fn(&str) -> bool) {
+        let mut seen = Vec::new();
+        for set in &node.properties {
+            let name = set.property.name;
+            if seen.contains(&name) || !of(name) {
+                continue;
+            }
+            seen.push(name);
+            let Some(texture) = set.data.as_ref().and_then(read::texture) else { continue };
+            let Some(slot) = slot_of(name, texture) else { continue };
+            let color = set.property.ty == Type::Color;
+            let (texture, span) = (texture.clone(), set.expr.span);
+            self.textures.push(TextureRequest { material, slot, texture, color, span });
+        }
     }
 
     fn push_material(&mut self, material: Material<Animated>, made_of: MadeOf) -> usize {
@@ -120,7 +173,9 @@ impl<'a> Lower<'_, 'a> {
                     None => {
                         let color = read::track(self.machine, node, "color");
                         let lambert = Bsdf::Diffuse { color, roughness: 0.0.into(), model: DiffuseModel::Eon };
-                        self.push_material(lambert.into(), MadeOf::default())
+                        let base = self.push_material(lambert.into(), MadeOf::default());
+                        self.textures_of(node, base, |name| name == "color");
+                        base
                     }
                 };
                 Bsdf::Glossy {

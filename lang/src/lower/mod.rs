@@ -26,7 +26,7 @@ use crate::value::NodeId;
 
 pub use light::SkyRequest;
 use material::MadeOf;
-pub use material::shining;
+pub use material::{TextureRequest, shining};
 pub use model::{InnerRequest, InnerUse, ModelRequest};
 pub use shape::{MeshFrom, MeshRequest};
 
@@ -36,6 +36,8 @@ pub struct Lowered {
     pub scene: Scene,
     /// The meshes that come from files.
     pub meshes: Vec<MeshRequest>,
+    /// The textures of its materials.
+    pub textures: Vec<TextureRequest>,
     /// The picture of its sky.
     pub sky: Option<SkyRequest>,
     /// The models that come from files.
@@ -80,6 +82,7 @@ struct Lower<'m, 'a> {
     /// The materials that are being read, each inside the one before it.
     open_materials: Vec<NodeId>,
     meshes: Vec<MeshRequest>,
+    textures: Vec<TextureRequest>,
     sky_picture: Option<SkyRequest>,
     models: Vec<ModelRequest>,
     inner: Vec<InnerRequest>,
@@ -113,6 +116,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         known_materials: HashMap::new(),
         open_materials: Vec::new(),
         meshes: Vec::new(),
+        textures: Vec::new(),
         sky_picture: None,
         models: Vec::new(),
         inner: Vec::new(),
@@ -200,6 +204,7 @@ impl<'a> Lower<'_, 'a> {
         Lowered {
             scene,
             meshes: std::mem::take(&mut self.meshes),
+            textures: std::mem::take(&mut self.textures),
             sky: self.sky_picture.take(),
             models: std::mem::take(&mut self.models),
             inner: std::mem::take(&mut self.inner),

@@ -1,10 +1,12 @@
 //! Properties of an evaluated node, with the schema's defaults where they are not set.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::DVec3;
 use kinora_scene::{Key, Keys, Outside, Space, Track, Value};
 
+use crate::builtin::texture::Texture;
 use crate::eval::coerce::Data;
 use crate::eval::items::default_parts;
 use crate::eval::machine::{Machine, NodeKind, NodeValue, Set};
@@ -37,9 +39,18 @@ fn default(node: &Rc<NodeValue<'_>>, name: &str) -> Option<Vec<f64>> {
     }
 }
 
-/// Data as a track.
+/// A texture, if it is one.
+pub fn texture(data: &Data) -> Option<&Arc<Texture>> {
+    match data {
+        Data::Texture(texture) => Some(texture),
+        _ => None,
+    }
+}
+
+/// Data as a track; 1 where a texture says how much.
 pub fn to_track<T: Value>(machine: &mut Machine<'_>, data: &Data) -> Option<Track<T>> {
     match data {
+        Data::Texture(_) => Some(Track::Const(T::from_components(&vec![1.0; T::COMPONENTS]))),
         Data::Parts(parts) if parts.len() == T::COMPONENTS => Some(match data.constants() {
             Some(parts) => Track::Const(T::from_components(&parts)),
             None => Track::Curve(Box::new(machine.graph.tape(parts))),
@@ -69,8 +80,11 @@ pub fn track<T: Value>(machine: &mut Machine<'_>, node: &Rc<NodeValue<'_>>, name
     Track::Const(T::from_components(&parts.unwrap_or_else(|| vec![0.0; T::COMPONENTS])))
 }
 
-/// A property that does not move, by components.
+/// A property that does not move, by components; 1 where a texture says how much.
 pub fn parts(node: &Rc<NodeValue<'_>>, name: &str) -> Vec<f64> {
+    if let Some(Data::Texture(_)) = data(node, name) {
+        return vec![1.0];
+    }
     data(node, name).and_then(Data::constants).or_else(|| default(node, name)).unwrap_or_default()
 }
 

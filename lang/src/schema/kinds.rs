@@ -5,12 +5,16 @@ use super::{Bare, Check, Choice, Default, Holds, Kind, Place, Property, Since, S
 use crate::dimension::Dimension;
 
 const fn row(name: &'static str, ty: Type, default: Default, doc: &'static str) -> Property {
-    Property { name, ty, default, check: Check::Any, animatable: false, since: Since::Now, doc }
+    Property { name, ty, default, check: Check::Any, animatable: false, varies: false, since: Since::Now, doc }
 }
 
 impl Property {
     const fn moving(self) -> Property {
         Property { animatable: true, ..self }
+    }
+
+    const fn varying(self) -> Property {
+        Property { varies: true, ..self }
     }
 
     const fn check(self, check: Check) -> Property {
@@ -235,20 +239,23 @@ const SPOT_LIGHT: &[Property] = &[
 ];
 
 const MATERIAL: &[Property] = &[
-    row("normal", Type::Any, Default::Computed, "a normal map").later(),
-    row("opacity", NUMBER, ONE, "share of rays that meet it").check(Check::Ratio).moving(),
+    row("normal", Type::NormalMap, Default::Computed, "a normal map").varying(),
+    row("opacity", NUMBER, ONE, "share of rays that meet it").check(Check::Ratio).moving().varying(),
     row("name", Type::Text, Default::Computed, "for imports").later(),
 ];
 
 const DIFFUSE: &[Property] = &[
-    row("color", Type::Color, Default::Number(0.8), "reflectance").check(Check::Reflectance).moving(),
-    row("roughness", NUMBER, ZERO, "0 is Lambert").check(Check::Ratio).moving(),
+    row("color", Type::Color, Default::Number(0.8), "reflectance").check(Check::Reflectance).moving().varying(),
+    row("roughness", NUMBER, ZERO, "0 is Lambert").check(Check::Ratio).moving().varying(),
     row("model", Type::Choice(&[now("eon"), now("fon"), now("qon")]), Default::Word("eon"), "which formula"),
 ];
 
 const METAL: &[Property] = &[
-    row("color", Type::Color, Default::Number(0.9), "reflectance facing you").check(Check::Reflectance).moving(),
-    row("edge_tint", Type::Color, ONE, "tint at 82deg").check(Check::Reflectance).moving(),
+    row("color", Type::Color, Default::Number(0.9), "reflectance facing you")
+        .check(Check::Reflectance)
+        .moving()
+        .varying(),
+    row("edge_tint", Type::Color, ONE, "tint at 82deg").check(Check::Reflectance).moving().varying(),
     row(
         "spectrum",
         Type::Text,
@@ -256,8 +263,8 @@ const METAL: &[Property] = &[
         "a measured metal by its symbol, \"Au\", instead of `color` and `edge_tint`",
     )
     .check(Check::Spectrum),
-    row("roughness", NUMBER, Default::Number(0.2), "perceptual").check(Check::Ratio).moving(),
-    row("anisotropy", NUMBER, ZERO, "stretched along the tangent").check(Check::Ratio),
+    row("roughness", NUMBER, Default::Number(0.2), "perceptual").check(Check::Ratio).moving().varying(),
+    row("anisotropy", NUMBER, ZERO, "stretched along the tangent").check(Check::Ratio).varying(),
     row("anisotropy_rotation", ANGLE, ZERO, "of the stretch from the tangent, counter-clockwise"),
     COMPENSATION,
 ];
@@ -271,7 +278,7 @@ const COMPENSATION: Property = row(
 
 const DIELECTRIC: &[Property] = &[
     row("ior", NUMBER, Default::Number(1.5), "refractive index of the inside").check(Check::Ior).moving(),
-    row("roughness", NUMBER, ZERO, "perceptual").check(Check::Ratio).moving(),
+    row("roughness", NUMBER, ZERO, "perceptual").check(Check::Ratio).moving().varying(),
     COMPENSATION,
     row("attenuation_color", Type::Color, ONE, "colour of white light after `attenuation_distance`")
         .check(Check::Reflectance),
@@ -286,10 +293,11 @@ const GLOSSY: &[Property] = &[
     row("base", Type::Node(Sort::Material), Default::Computed, "what is under the coat"),
     row("color", Type::Color, Default::Number(0.8), "of a Lambert base, instead of `base`")
         .check(Check::Reflectance)
-        .moving(),
+        .moving()
+        .varying(),
     row("ior", NUMBER, Default::Number(1.5), "of the coat").check(Check::Ior),
-    row("roughness", NUMBER, Default::Number(0.1), "of the coat").check(Check::Ratio).moving(),
-    row("metalness", NUMBER, ZERO, "share of a metal of the base's color").check(Check::Ratio).moving(),
+    row("roughness", NUMBER, Default::Number(0.1), "of the coat").check(Check::Ratio).moving().varying(),
+    row("metalness", NUMBER, ZERO, "share of a metal of the base's color").check(Check::Ratio).moving().varying(),
 ];
 
 /// What `mix(a, b, amount: ..)` makes of two materials; no block can be written of it.
@@ -298,11 +306,11 @@ pub static MIX: Kind = kind("mix", Sort::Material, &[MIXED], "two materials at o
 const MIXED: &[Property] = &[
     row("a", Type::Node(Sort::Material), Default::Needed, "the first material"),
     row("b", Type::Node(Sort::Material), Default::Needed, "the second material"),
-    row("amount", NUMBER, Default::Needed, "the share of the second").check(Check::Ratio).moving(),
+    row("amount", NUMBER, Default::Needed, "the share of the second").check(Check::Ratio).moving().varying(),
 ];
 
 const EMITTER: &[Property] = &[
-    row("color", Type::Color, ONE, "scales the light; may exceed 1").check(Check::AtLeast0).moving(),
+    row("color", Type::Color, ONE, "scales the light; may exceed 1").check(Check::AtLeast0).moving().varying(),
     row("radiance", si(Dimension::RADIANCE, Refused), ONE, "light per area and solid angle")
         .check(Check::AtLeast0)
         .moving(),

@@ -118,6 +118,8 @@ pub struct Property {
     pub check: Check,
     /// Whether it may change over time.
     pub animatable: bool,
+    /// Whether it may be a texture.
+    pub varies: bool,
     /// Whether it works now.
     pub since: Since,
     /// One line.
@@ -155,6 +157,8 @@ pub enum Type {
     Placed,
     /// A point, or a node with a place in space.
     Target,
+    /// A normal map.
+    NormalMap,
     /// A list of points.
     Points,
     /// A list of pairs of numbers.
@@ -175,7 +179,7 @@ pub enum Bare {
 }
 
 /// A word that a property takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Choice {
     /// As written.
     pub name: &'static str,
@@ -274,6 +278,7 @@ impl Type {
             Type::Node(sort) => sort.with_article().into(),
             Type::Placed => "a shape or a group".into(),
             Type::Target => "a point or a node".into(),
+            Type::NormalMap => "a normal map".into(),
             Type::Points => "a list of points".into(),
             Type::Pairs => "a list of pairs".into(),
             Type::Indices => "a list of whole numbers".into(),

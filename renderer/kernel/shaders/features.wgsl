@@ -32,12 +32,12 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
         let s = surface_at(hit, path.o, path.d);
         let material = shapes[s.shape].index.x;
         path.start = hit.id;
-        if is_cut_out(&path, material) {
+        if is_cut_out(&path, material, s) {
             go_through(&path, s);
             continue;
         }
-        let v = vertex_at(s, path.d);
-        let b = bsdf_at(material, v.wo.z, material_choice(&path, material).x);
+        var v = vertex_at(s, path.d);
+        let b = bsdf_on(material, s, &v, material_choice(&path, material).x);
         let crossing = boundary_at(b, path.media, v.front);
         if crossing.hidden {
             path.media = crossing.beyond;

@@ -122,6 +122,24 @@ fn atan_(x: f32) -> f32 {
     return select(base + p, -(base + p), x < 0.0);
 }
 
+/// The angle of (x, y) from +x to +y in turns, -0.5 to 0.5.
+fn turn_of(x: f32, y: f32) -> f32 {
+    let wide = abs(y) > abs(x);
+    let small = select(y, x, wide);
+    let large = select(x, y, wide);
+    if large == 0.0 {
+        return 0.0;
+    }
+    let angle = atan_(small / large) / TWO_PI;
+    if wide {
+        return select(0.25, -0.25, y < 0.0) - angle;
+    }
+    if x < 0.0 {
+        return angle + select(0.5, -0.5, y < 0.0);
+    }
+    return angle;
+}
+
 // asin for 0 <= x <= 0.5.
 fn asin_small(x: f32) -> f32 {
     let z = x * x;

@@ -170,12 +170,12 @@ fn bounce_dimension(path: ptr<function, Path>) -> u32 {
     return DIM_BOUNCE + (*path).bounce * DIM_STRIDE;
 }
 
-// Whether this ray passes `material` where not all of them meet it.
-fn is_cut_out(path: ptr<function, Path>, material: u32) -> bool {
+// Whether this ray passes `material` at `s` where not all of them meet it.
+fn is_cut_out(path: ptr<function, Path>, material: u32, s: Surface) -> bool {
     if (params.features & FEATURE_CUTOUT) == 0u {
         return false;
     }
-    let opacity = materials[material].more.w;
+    let opacity = opacity_on(material, s);
     let dimension = DIM_CUTOUT + bounce_dimension(path) * MAX_PASSES + (*path).passes;
     return opacity < 1.0 && random_1d((*path).key, dimension) >= opacity;
 }
@@ -203,7 +203,7 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     let s = surface_at(hit, (*path).o, (*path).d);
     let material = shapes[s.shape].index.x;
     (*path).start = hit.id;
-    if is_cut_out(path, material) {
+    if is_cut_out(path, material, s) {
         go_through(path, s);
         return;
     }
@@ -218,7 +218,7 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     // Choose one of the materials that it is mixed of, and see whether there is a boundary at all.
     var v = vertex_at(s, (*path).d);
     let choice = material_choice(path, material);
-    var b = bsdf_at(material, v.wo.z, choice.x);
+    var b = bsdf_on(material, s, &v, choice.x);
     if b.alpha.x != b.alpha.y {
         // Seen from within, what runs counter-clockwise runs clockwise.
         let turn = vec2<f32>(b.turn.x, select(-b.turn.y, b.turn.y, v.front));
@@ -296,7 +296,7 @@ fn shadow_share(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> f32 {
             return share;
         }
         let s = surface_at(hit, origin, along);
-        share *= 1.0 - materials[shapes[s.shape].index.x].more.w;
+        share *= 1.0 - opacity_on(shapes[s.shape].index.x, s);
         if share <= 0.0 {
             return 0.0;
         }

@@ -38,6 +38,8 @@ const CHOICE: u32 = 8u;
 
 /// `Params::features`: what occurs in the scene.
 const FEATURE_CUTOUT: u32 = 1u;
+const FEATURE_TEXTURE: u32 = 4u;
+const FEATURE_NORMAL_MAP: u32 = 8u;
 /// A sky that is not the same everywhere.
 const FEATURE_SKY_MAP: u32 = 0x00100000u;
 /// Lights from infinitely far away that are sampled: that sky, and suns.
@@ -120,6 +122,8 @@ struct Params {
     light_tree: u32,
     /// The media around the eye, as `Path::media`.
     media: vec4<u32>,
+    /// Where the maps of materials begin among `words`; the rest is unused.
+    textures: vec4<u32>,
 }
 
 /// A primitive of the BVH, in its leaf order: the coordinates of its corners, a lane each, so that all edges are tested
@@ -131,7 +135,8 @@ struct Primitive {
     z: vec4<f32>,
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
-    /// Index in its shape; 1 if u grows along the last edge instead of the first; OTHER_…; the rest is unused.
+    /// Index in its shape; of a rectangle, 1 if u grows along the last edge instead of the first; of a triangle, where
+    /// what its mesh's vertices have is among `words`, or 0; OTHER_…; the rest is unused.
     index: vec4<u32>,
 }
 

@@ -433,7 +433,14 @@ fn surface_of_other(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let flat = kind == OTHER_DISK || hit.uv.x != 0.0;
     let tangent = select(vec3<f32>(at.p.z, 0.0, -at.p.x), vec3<f32>(1.0, 0.0, 0.0), flat);
     let reach = shape_reach(shape, other_reach(kind, size));
-    return Surface(world_point(shape, at.p), n, n, world_vector(shape, tangent), reach, shape, 0u);
+    let along_u = world_vector(shape, tangent);
+    var uv = vec2<f32>(0.0);
+    var side = 1.0;
+    if has_textures() {
+        uv = other_uv(kind, size, at.p, hit.uv.x);
+        side = handedness(shape, n, along_u, cross(at.n, tangent));
+    }
+    return Surface(world_point(shape, at.p), n, n, along_u, reach, shape, 0u, uv, side, 0u, uv);
 }
 
 /// (u, v) of a place `p` in the space of such a shape, on that part of it.
@@ -461,24 +468,6 @@ fn other_uv(kind: u32, size: f32, p: vec3<f32>, part: f32) -> vec2<f32> {
             return vec2<f32>(u, select(v, v + 1.0, v < 0.0));
         }
     }
-}
-
-// The angle of (x, y) from +x to +y in turns, −0.5 to 0.5.
-fn turn_of(x: f32, y: f32) -> f32 {
-    let wide = abs(y) > abs(x);
-    let small = select(y, x, wide);
-    let large = select(x, y, wide);
-    if large == 0.0 {
-        return 0.0;
-    }
-    let angle = atan_(small / large) / TWO_PI;
-    if wide {
-        return select(0.25, -0.25, y < 0.0) - angle;
-    }
-    if x < 0.0 {
-        return angle + select(0.5, -0.5, y < 0.0);
-    }
-    return angle;
 }
 
 /// A place drawn on such a shape.

@@ -13,6 +13,14 @@ struct Surface {
     shape: u32,
     /// Index of the primitive in its shape.
     primitive: u32,
+    /// Of textures; without them, 0.
+    uv: vec2<f32>,
+    /// 1 where growing v is to the left of growing u, seen from outside, else -1.
+    side: f32,
+    /// Of a triangle: where what its mesh's vertices have is among `words`, or 0.
+    mesh: u32,
+    /// Of a triangle: the shares of its second and third corner.
+    at: vec2<f32>,
 }
 
 /// Octahedral normal from two 16-bit signed fractions (Cigolle et al., JCGT 3(2), 2014).
@@ -49,8 +57,48 @@ fn surface_of_flat(hit: Hit) -> Surface {
     let far = max(max(abs(x), abs(y)), abs(z));
     let reach = max(max(far.x, far.y), max(far.z, far.w));
     let index = primitives[hit.id].index;
-    let tangent = select(ab, ac, index.y != 0u);
-    return Surface(p, ng, ns, tangent, reach, shade.w & ~PRIMITIVE_KIND, index.x);
+    let turned = !triangle && index.y != 0u;
+    let tangent = select(ab, ac, turned);
+    let side = select(1.0, -1.0, turned);
+    let shape = shade.w & ~PRIMITIVE_KIND;
+    let mesh = select(0u, index.y, triangle);
+    var s = Surface(p, ng, ns, tangent, reach, shape, index.x, select(hit.uv, hit.uv.yx, turned), side, mesh, hit.uv);
+    if has_textures() && mesh != 0u {
+        place_on_mesh(&s, ab, ac);
+    }
+    return s;
+}
+
+// What the vertices of its mesh say about a point of a triangle with these edges.
+fn place_on_mesh(s: ptr<function, Surface>, ab: vec3<f32>, ac: vec3<f32>) {
+    let mesh = (*s).mesh;
+    let at = (*s).at;
+    let corners = mesh_corners(mesh, (*s).primitive);
+    let uvs = words[mesh + MESH_UVS];
+    if uvs == 0u {
+        return;
+    }
+    (*s).uv = mesh_pair(uvs, corners, at);
+    let tangents = words[mesh + MESH_TANGENTS];
+    if tangents != 0u {
+        let packed = vec3<u32>(words[tangents + corners.x], words[tangents + corners.y], words[tangents + corners.z]);
+        // The lowest bit is the side.
+        let same = ((packed.x ^ packed.y) | (packed.x ^ packed.z)) & 1u;
+        if packed.x != 0u && packed.y != 0u && packed.z != 0u && same == 0u {
+            (*s).tangent = (1.0 - at.x - at.y) * decode_normal(packed.x) + at.x * decode_normal(packed.y)
+                + at.y * decode_normal(packed.z);
+            (*s).side = select(1.0, -1.0, (packed.x & 1u) != 0u);
+            return;
+        }
+    }
+    let origin = word_pair(uvs + 2u * corners.x);
+    let u = word_pair(uvs + 2u * corners.y) - origin;
+    let v = word_pair(uvs + 2u * corners.z) - origin;
+    let det = u.x * v.y - u.y * v.x;
+    if det != 0.0 {
+        (*s).side = select(1.0, -1.0, det < 0.0);
+        (*s).tangent = (ab * v.y - ac * u.y) * (*s).side;
+    }
 }
 
 fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
@@ -59,7 +107,14 @@ fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let n = normalize(world_normal(shape, p));
     // Round the object's y axis.
     let tangent = vec3<f32>(p.z, 0.0, -p.x);
-    return Surface(world_point(shape, p), n, n, world_vector(shape, tangent), shape_reach(shape, 1.0), shape, 0u);
+    let along_u = world_vector(shape, tangent);
+    var uv = vec2<f32>(0.0);
+    var side = 1.0;
+    if has_textures() {
+        uv = vec2<f32>(0.5 + turn_of(p.z, p.x), 0.5 + 2.0 * turn_of(length(p.xz), p.y));
+        side = handedness(shape, n, along_u, vec3<f32>(-p.x * p.y, 1.0 - p.y * p.y, -p.z * p.y));
+    }
+    return Surface(world_point(shape, p), n, n, along_u, shape_reach(shape, 1.0), shape, 0u, uv, side, 0u, uv);
 }
 
 fn surface_of_plane(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
@@ -68,7 +123,13 @@ fn surface_of_plane(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let n = normalize(world_normal(shape, vec3<f32>(0.0, 0.0, 1.0)));
     let reach = shape_reach(shape, max(abs(p.x), abs(p.y)));
     let tangent = world_vector(shape, vec3<f32>(1.0, 0.0, 0.0));
-    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, tangent, reach, shape, 0u);
+    let side = handedness(shape, n, tangent, vec3<f32>(0.0, 1.0, 0.0));
+    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, tangent, reach, shape, 0u, p.xy, side, 0u, p.xy);
+}
+
+// 1, or -1 where the object's direction of growing v is to the right of growing u, seen from outside.
+fn handedness(shape: u32, n: vec3<f32>, along_u: vec3<f32>, along_v: vec3<f32>) -> f32 {
+    return select(1.0, -1.0, dot(cross(n, along_u), world_vector(shape, along_v)) < 0.0);
 }
 
 // The largest coordinate of a point within `r` of the origin of the shape's own space, about.

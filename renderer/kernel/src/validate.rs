@@ -5,8 +5,9 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, LIGHT_SKY, LIGHT_SUN, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX,
-    Material, NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, MAPS_SIZE, MATERIAL_EMITTER,
+    MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material, NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER,
+    PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -90,6 +91,10 @@ impl Packed {
         at.below_or_none("the sky's light", self.params.sky_map.w, self.lights.len())?;
         at.range("the number of planes", 0, self.params.plane_count, self.shapes.len())?;
         at.range("the number of primitives", 0, self.params.primitive_count, self.primitives.len())?;
+        if self.params.features & FEATURE_TEXTURE != 0 && self.params.textures.x != 0 {
+            let maps = self.materials.len() as u32 * MAPS_SIZE;
+            at.range("the maps of materials", self.params.textures.x, maps, self.words.len())?;
+        }
         for medium in self.params.media.to_array() {
             at.below_or_none("a medium around the eye", medium, self.materials.len())?;
         }
@@ -162,6 +167,9 @@ impl Packed {
         for (i, primitive) in self.primitives.iter().enumerate() {
             let at = At("primitives", i);
             let (kind, shape) = (primitive.shade.w & PRIMITIVE_KIND, primitive.shade.w & !PRIMITIVE_KIND);
+            if kind == PRIMITIVE_TRIANGLE && primitive.index.y != 0 {
+                at.range("what its vertices have", primitive.index.y, MESH_SIZE, self.words.len())?;
+            }
             if kind == PRIMITIVE_OTHER {
                 at.below("the kind", primitive.index.z.into(), OTHER_TORUS as usize + 1)?;
             }

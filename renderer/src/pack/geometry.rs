@@ -11,8 +11,9 @@ use kinora_scene::{Frame, Instance, Lamp, LightKind, Mesh, Shape, Still, World};
 use rayon::prelude::*;
 
 use super::lights::{self, Light, luminance};
-use super::materials::{Emitter, add_emitters, emitters};
+use super::materials::{Emitter, Reads, add_emitters, emitters};
 use super::other::Other;
+use super::textures::Textures;
 use super::{NO_LIGHT, PackError, TURN};
 
 /// What `pack` collects, primitives in the order in which they come.
@@ -24,6 +25,10 @@ pub struct Geometry {
     pub lights: Vec<Light>,
     /// Those of the world, then what belongs to them or to single shapes.
     pub materials: Vec<PackedMaterial>,
+    /// What each of the world's materials reads of a mesh's vertices.
+    pub reads: Vec<Reads>,
+    /// Textures, and what meshes have for them.
+    pub textures: Textures,
     /// Of the lamps that are spheres.
     pub lamp_material: Option<u32>,
 }
@@ -74,7 +79,7 @@ impl Geometry {
             Shape::Plane { frame } => {
                 set_transform(&mut record, place * DAffine3::from_mat3(frame.matrix()));
             }
-            Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission),
+            Shape::Mesh(mesh) => self.add_mesh(shape, place, mesh, emission, instance.material),
             other => {
                 if let Some(other) = Other::new(other, place) {
                     set_transform(&mut record, other.place);
@@ -234,7 +239,7 @@ impl Geometry {
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<Shining>) {
+    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<Shining>, material: usize) {
         let positions: Vec<DVec3> = mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
         let by_normal = normal_matrix(place);
         let normals: Vec<u32> = mesh
@@ -247,6 +252,12 @@ impl Geometry {
             let [a, b, c] = triangle.map(|v| v as usize);
             if mirrored { [a, c, b] } else { [a, b, c] }
         };
+        let reads = self.reads.get(material).copied().unwrap_or_default();
+        let vertices = if reads.textures || reads.tangents && !mesh.uvs.is_empty() {
+            self.textures.mesh(mesh, place, indices, reads.tangents)
+        } else {
+            0
+        };
         let flats = mesh.triangles.par_iter().enumerate().map(|(i, triangle)| {
             let [a, b, c] = indices(triangle);
             let shade = match normals.as_slice() {
@@ -255,7 +266,9 @@ impl Geometry {
                 n => [n[a], n[b], n[c]],
             };
             let [a, b, c] = [positions[a], positions[b], positions[c]];
-            flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade)
+            let (mut primitive, bounds) = flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
+            primitive.index.y = vertices;
+            (primitive, bounds)
         });
         let (primitives, bounds): (Vec<_>, Vec<_>) = flats.unzip();
         self.primitives.extend(primitives);

@@ -5,13 +5,16 @@ use std::collections::BTreeMap;
 
 use glam::{IVec4, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
-    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED, MATERIAL_DIELECTRIC,
-    MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM,
-    MIRROR_ALPHA, NONE,
+    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED, MAPS_FLAGS,
+    MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE,
+    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM, MIRROR_ALPHA, NONE,
+    SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS, SLOT_ROUGHNESS,
 };
 use kinora_kernel::{Material as Packed, Packed as Scene, albedo};
-use kinora_scene::{Bsdf, DiffuseModel, Emission, Material, Reflectance, Still};
+use kinora_scene::{Bsdf, DiffuseModel, Emission, Map, Material, Reflectance, Slot, Still};
 
+use super::opacity::{self, Opacity};
+use super::textures::{Maps, Textures};
 use super::{PackError, spectra};
 
 /// One emitter of a material's tree, on a shape.
@@ -25,16 +28,51 @@ pub struct Emitter {
     pub coats: Vec<usize>,
 }
 
-/// The records of `materials`, at the same indices; others that they refer to follow.
+/// The records of the world's materials, and what its shapes must know of them.
+pub struct Materials {
+    /// Those of the world at their own indices; others that they refer to follow.
+    pub records: Vec<Packed>,
+    /// What each of the world's reads of a mesh's vertices.
+    pub reads: Vec<Reads>,
+}
+
+/// What a material, parts included, reads of a mesh's vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reads {
+    /// Coordinates or colours.
+    pub textures: bool,
+    /// The direction of growing u.
+    pub tangents: bool,
+    /// A normal map.
+    normals: bool,
+}
+
+impl Reads {
+    fn and(self, other: Reads) -> Reads {
+        Reads {
+            textures: self.textures || other.textures,
+            tangents: self.tangents || other.tangents,
+            normals: self.normals || other.normals,
+        }
+    }
+}
+
+/// The records of `materials`; their maps go to `textures`.
 ///
 /// # Errors
-/// A tree is too deep.
-pub fn pack(materials: &[Material<Still>]) -> Result<Vec<Packed>, PackError> {
-    let mut records: Vec<Packed> = Vec::with_capacity(materials.len());
-    let mut more = Vec::new();
+/// A tree is too deep, or textures are too many or too large.
+pub fn pack(materials: &[Material<Still>], textures: &mut Textures) -> Result<Materials, PackError> {
+    let mut packer = Packer {
+        materials,
+        textures,
+        records: Vec::with_capacity(materials.len()),
+        more: Vec::new(),
+        colors: Vec::with_capacity(materials.len()),
+        reads: Vec::with_capacity(materials.len()),
+        opacities: Vec::with_capacity(materials.len()),
+    };
     let mut depths: Vec<u32> = Vec::with_capacity(materials.len());
-    let mut colors: Vec<Vec3> = Vec::with_capacity(materials.len());
-    for material in materials {
+    for (index, material) in materials.iter().enumerate() {
         let beneath = |i: usize| depths.get(i).copied().unwrap_or(0);
         let depth = 1 + match material.bsdf {
             Bsdf::Mix { a, b, .. } => beneath(a).max(beneath(b)),
@@ -45,119 +83,274 @@ pub fn pack(materials: &[Material<Still>]) -> Result<Vec<Packed>, PackError> {
             return Err(PackError::Materials { limit: MAX_DEPTH as usize });
         }
         depths.push(depth);
-        colors.push(color_of(material, &colors));
-        let record = record(material, &colors, materials.len(), &records, &mut more);
-        records.push(record);
+        packer.add(index, material)?;
     }
-    Ok(records.into_iter().chain(more).collect())
+    let Packer { records, more, reads, .. } = packer;
+    Ok(Materials { records: records.into_iter().chain(more).collect(), reads })
 }
 
-fn record(
-    material: &Material<Still>,
-    colors: &[Vec3],
-    count: usize,
-    known: &[Packed],
-    more: &mut Vec<Packed>,
-) -> Packed {
-    let opacity = |i: usize| f64::from(known[i].more.w);
-    match &material.bsdf {
-        Bsdf::Diffuse { color, roughness, model } => {
-            let model = match model {
-                DiffuseModel::Eon => DIFFUSE_EON,
-                DiffuseModel::Fon => DIFFUSE_FON,
-                DiffuseModel::Qon => DIFFUSE_QON,
-            };
-            let choice = if *roughness > 0.0 { CHOICE } else { 0 };
-            Packed {
-                color: color.extend(0.0),
-                more: covering(material.opacity),
-                lobe: Vec4::new(0.0, 0.0, *roughness as f32, 0.0),
-                kind: UVec4::new(MATERIAL_DIFFUSE, model | choice, 0, 0),
-                ..Packed::default()
-            }
+// One material after the other, with what those before it are.
+struct Packer<'a> {
+    materials: &'a [Material<Still>],
+    textures: &'a mut Textures,
+    records: Vec<Packed>,
+    /// What follows the records of `materials`.
+    more: Vec<Packed>,
+    colors: Vec<Vec3>,
+    reads: Vec<Reads>,
+    opacities: Vec<Opacity>,
+}
+
+impl Packer<'_> {
+    fn add(&mut self, index: usize, material: &Material<Still>) -> Result<(), PackError> {
+        self.colors.push(color_of(material, &self.colors));
+        self.opacities.push(opacity::of(material, &self.opacities)?);
+        let own = self.own_reads(material);
+        let parts = match material.bsdf {
+            Bsdf::Mix { a, b, .. } => self.reads[a].and(self.reads[b]),
+            Bsdf::Glossy { base, .. } => self.reads[base],
+            _ => Reads::default(),
+        };
+        self.reads.push(own.and(parts));
+        let mut maps = Maps::default();
+        maps[MAPS_LIST as usize] = self.list(&material.maps, slots_of(material))?;
+        let mapped = maps[MAPS_LIST as usize] != 0;
+        let mut record = self.record(material, mapped)?;
+        let opacity = self.opacities[index].clone();
+        record.more.w = opacity.mean(self.textures) as f32;
+        if opacity.constant().is_none() {
+            // Below 1 it is known that rays pass.
+            record.more.w = record.more.w.min(1.0 - f32::EPSILON);
         }
-        &Bsdf::Metal { ref reflectance, roughness, anisotropy, anisotropy_rotation, energy_compensation } => {
-            let (color, extra, flags) = match reflectance {
-                Reflectance::Tint { color, edge_tint } => (*color, f82_term(*color, *edge_tint), 0),
-                Reflectance::Spectrum(spectrum) => {
-                    let [n, k] = spectra::constants(*spectrum);
-                    (n, k, METAL_SPECTRUM)
-                }
-            };
-            metal(Packed {
-                color: color.extend(anisotropy_rotation.cos() as f32),
-                extra: extra.extend(anisotropy_rotation.sin() as f32),
-                more: covering(material.opacity),
-                lobe: widths(roughness, anisotropy),
-                kind: UVec4::new(MATERIAL_METAL, flags | if energy_compensation { COMPENSATE } else { 0 }, 0, 0),
-            })
+        maps[MAPS_OPACITY as usize] = opacity.pack(self.textures)?;
+        let normal = material.maps.iter().rev().find_map(|map| match map.slot {
+            Slot::Normal { strength } => Some((map, strength)),
+            _ => None,
+        });
+        if let Some((map, strength)) = normal {
+            maps[MAPS_NORMAL as usize] = self.textures.normal_map(&map.texture, strength)?;
         }
-        &Bsdf::Dielectric {
-            ior,
-            roughness,
-            energy_compensation,
-            attenuation_color,
-            attenuation_distance_m,
-            thin,
-            priority,
-        } => {
-            let absorption =
-                if thin { Vec3::ZERO } else { absorption_per_m(attenuation_color, attenuation_distance_m) };
-            let lobe = widths(roughness, 0.0);
-            let mut flags = if thin { DIELECTRIC_THIN } else { 0 };
-            if lobe.x >= MIRROR_ALPHA {
-                flags |= CHOICE | if energy_compensation { COMPENSATE } else { 0 };
-            }
-            Packed {
-                color: Vec4::ONE,
-                extra: absorption.extend(ior as f32),
-                more: covering(material.opacity),
-                lobe,
-                kind: IVec4::new(MATERIAL_DIELECTRIC as i32, flags as i32, priority, 0).as_uvec4(),
-            }
+        if mapped || record.kind.x == MATERIAL_MIX && self.is_open(material) {
+            record.kind.y |= CHOICE;
         }
-        &Bsdf::Glossy { base, ior, roughness, metalness } => {
-            let lobe = widths(roughness, 0.0);
-            let metal_index = if metalness > 0.0 {
-                more.push(metal(Packed {
-                    color: colors[base].extend(1.0),
-                    more: covering(1.0),
-                    lobe,
-                    kind: UVec4::new(MATERIAL_METAL, COMPENSATE, 0, 0),
+        if self.is_open(material) {
+            maps[MAPS_FLAGS as usize] |= MAPS_OPEN;
+        }
+        if matches!(material.bsdf, Bsdf::Glossy { .. }) && parts.normals {
+            maps[MAPS_FLAGS as usize] |= MAPS_SPLIT;
+        }
+        self.textures.set_maps(index, maps);
+        self.records.push(record);
+        Ok(())
+    }
+
+    fn own_reads(&self, material: &Material<Still>) -> Reads {
+        let stretched = matches!(material.bsdf, Bsdf::Metal { anisotropy, .. } if anisotropy > 0.0);
+        let normals = material.maps.iter().any(|map| matches!(map.slot, Slot::Normal { .. }));
+        Reads { textures: !material.maps.is_empty(), tangents: stretched || normals, normals }
+    }
+
+    // Whether it is a mix whose parts are met by different shares of rays from point to point.
+    fn is_open(&self, material: &Material<Still>) -> bool {
+        let Bsdf::Mix { a, b, .. } = material.bsdf else { return false };
+        match (self.opacities[a].constant(), self.opacities[b].constant()) {
+            (Some(a), Some(b)) => a != b && has_slot(&material.maps, |slot| slot == Slot::Amount),
+            _ => true,
+        }
+    }
+
+    // The place of a list of those of the maps whose slots the kind has.
+    fn list(&mut self, maps: &[Map], slots: &[Slot]) -> Result<u32, PackError> {
+        let mut words = vec![0];
+        for map in maps.iter().filter(|map| slots.contains(&map.slot)) {
+            words.extend([slot_code(map.slot), self.textures.place(&map.texture)?]);
+        }
+        if words.len() == 1 {
+            return Ok(0);
+        }
+        words[0] = (words.len() / 2) as u32;
+        Ok(self.textures.push(words))
+    }
+
+    // Another record, with these maps.
+    fn push(&mut self, record: Packed, maps: Maps) -> u32 {
+        self.more.push(record);
+        let index = self.materials.len() + self.more.len() - 1;
+        self.textures.set_maps(index, maps);
+        index as u32
+    }
+
+    // `mapped`: some of what it says is a factor only, and what follows from it is worked out at every point.
+    fn record(&mut self, material: &Material<Still>, mapped: bool) -> Result<Packed, PackError> {
+        Ok(match &material.bsdf {
+            Bsdf::Diffuse { color, roughness, model } => {
+                let model = match model {
+                    DiffuseModel::Eon => DIFFUSE_EON,
+                    DiffuseModel::Fon => DIFFUSE_FON,
+                    DiffuseModel::Qon => DIFFUSE_QON,
+                };
+                let choice = if *roughness > 0.0 { CHOICE } else { 0 };
+                Packed {
+                    color: color.extend(0.0),
+                    lobe: Vec4::new(0.0, 0.0, *roughness as f32, 0.0),
+                    kind: UVec4::new(MATERIAL_DIFFUSE, model | choice, 0, 0),
                     ..Packed::default()
-                }));
-                (count + more.len() - 1) as u32
-            } else {
-                // Never chosen.
-                NONE
-            };
-            Packed {
-                more: covering(material.opacity * opacity(base)),
-                lobe: Vec4::new(lobe.x, ior as f32, roughness as f32, metalness as f32),
-                kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal_index),
-                ..Packed::default()
+                }
             }
-        }
-        &Bsdf::Mix { a, b, amount } => {
-            let share = amount * opacity(b);
-            let met = (1.0 - amount) * opacity(a) + share;
-            Packed {
-                more: covering(material.opacity * met),
-                lobe: Vec4::new(if met > 0.0 { share / met } else { 0.0 } as f32, 0.0, 0.0, 0.0),
-                kind: UVec4::new(MATERIAL_MIX, CHOICE, a as u32, b as u32),
-                ..Packed::default()
+            &Bsdf::Metal { ref reflectance, roughness, anisotropy, anisotropy_rotation, energy_compensation } => {
+                let (color, extra, flags) = match reflectance {
+                    Reflectance::Tint { color, edge_tint } if mapped => (*color, *edge_tint, 0),
+                    Reflectance::Tint { color, edge_tint } => (*color, f82_term(*color, *edge_tint), 0),
+                    Reflectance::Spectrum(spectrum) => {
+                        let [n, k] = spectra::constants(*spectrum);
+                        (n, k, METAL_SPECTRUM)
+                    }
+                };
+                let record = Packed {
+                    color: color.extend(anisotropy_rotation.cos() as f32),
+                    extra: extra.extend(anisotropy_rotation.sin() as f32),
+                    lobe: widths(roughness, anisotropy),
+                    kind: UVec4::new(MATERIAL_METAL, flags | if energy_compensation { COMPENSATE } else { 0 }, 0, 0),
+                    ..Packed::default()
+                };
+                if mapped { self.mapped_metal(record) } else { metal(record) }
             }
+            &Bsdf::Dielectric {
+                ior,
+                roughness,
+                energy_compensation,
+                attenuation_color,
+                attenuation_distance_m,
+                thin,
+                priority,
+            } => {
+                let absorption =
+                    if thin { Vec3::ZERO } else { absorption_per_m(attenuation_color, attenuation_distance_m) };
+                let lobe = widths(roughness, 0.0);
+                let mut flags = if thin { DIELECTRIC_THIN } else { 0 };
+                if mapped || lobe.x >= MIRROR_ALPHA {
+                    flags |= CHOICE | if energy_compensation { COMPENSATE } else { 0 };
+                }
+                Packed {
+                    color: Vec4::ONE,
+                    extra: absorption.extend(ior as f32),
+                    lobe,
+                    kind: IVec4::new(MATERIAL_DIELECTRIC as i32, flags as i32, priority, 0).as_uvec4(),
+                    ..Packed::default()
+                }
+            }
+            &Bsdf::Glossy { base, ior, roughness, metalness } => {
+                let lobe = widths(roughness, 0.0);
+                // Never chosen where there is no metal.
+                let metal = if metalness > 0.0 { self.metal_of(base, roughness, &material.maps)? } else { NONE };
+                Packed {
+                    lobe: Vec4::new(lobe.x, ior as f32, roughness as f32, metalness as f32),
+                    kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal),
+                    ..Packed::default()
+                }
+            }
+            &Bsdf::Mix { a, b, amount } => {
+                let share = match (self.opacities[a].constant(), self.opacities[b].constant()) {
+                    (Some(a), Some(b)) if !mapped => {
+                        let share = amount * b;
+                        let met = (1.0 - amount) * a + share;
+                        if met > 0.0 { share / met } else { 0.0 }
+                    }
+                    // Worked out at every point, or the same because the parts are met by as many.
+                    _ => amount,
+                };
+                Packed {
+                    lobe: Vec4::new(share as f32, 0.0, 0.0, 0.0),
+                    kind: UVec4::new(MATERIAL_MIX, CHOICE, a as u32, b as u32),
+                    ..Packed::default()
+                }
+            }
+            Bsdf::Emitter { .. } => Packed { kind: UVec4::new(MATERIAL_EMITTER, 0, NONE, NONE), ..Packed::default() },
+        })
+    }
+
+    // What a metal with maps keeps for every point: where it is measured, its average reflectance.
+    fn mapped_metal(&mut self, mut record: Packed) -> Packed {
+        if record.kind.y & COMPENSATE != 0 {
+            self.textures.needs_losses(record.lobe.w > 0.0);
+            record.kind.y |= CHOICE;
         }
-        Bsdf::Emitter { .. } => Packed {
-            more: covering(material.opacity),
-            kind: UVec4::new(MATERIAL_EMITTER, 0, NONE, NONE),
+        if record.kind.y & METAL_SPECTRUM != 0 {
+            record.more = average_reflectance(record).extend(record.more.w);
+        }
+        record
+    }
+
+    // The metal that a glossy material mixes in: of the colour of its base, whose maps it shares.
+    fn metal_of(&mut self, base: usize, roughness: f64, coat: &[Map]) -> Result<u32, PackError> {
+        let material = &self.materials[base];
+        let is_rough = |slot: Slot| slot == Slot::Roughness;
+        let rough = has_slot(coat, is_rough);
+        match material.bsdf {
+            Bsdf::Glossy { base, .. } => return self.metal_of(base, roughness, coat),
+            Bsdf::Mix { a, b, amount } if self.reads[base].textures => {
+                let [a, b] = [self.metal_of(a, roughness, coat)?, self.metal_of(b, roughness, coat)?];
+                let mut maps = Maps::default();
+                maps[MAPS_LIST as usize] = self.list(&material.maps, &[Slot::Amount])?;
+                let record = Packed {
+                    more: Vec4::W,
+                    lobe: Vec4::new(amount as f32, 0.0, 0.0, 0.0),
+                    kind: UVec4::new(MATERIAL_MIX, CHOICE, a, b),
+                    ..Packed::default()
+                };
+                return Ok(self.push(record, maps));
+            }
+            _ => {}
+        }
+        let colored = slots_of(material).contains(&Slot::Color);
+        let shared = material.maps.iter().filter(|map| colored && map.slot == Slot::Color);
+        let maps: Vec<Map> = shared.chain(coat.iter().filter(|map| is_rough(map.slot))).cloned().collect();
+        let mut words = Maps::default();
+        words[MAPS_LIST as usize] = self.list(&maps, &[Slot::Color, Slot::Roughness])?;
+        let record = Packed {
+            color: self.colors[base].extend(1.0),
+            more: Vec4::W,
+            lobe: widths(roughness, 0.0),
+            kind: UVec4::new(MATERIAL_METAL, COMPENSATE, 0, 0),
             ..Packed::default()
-        },
+        };
+        if maps.is_empty() && !rough {
+            return Ok(self.push(metal(record), words));
+        }
+        // A factor keeps the tint itself.
+        let record = self.mapped_metal(Packed { extra: Vec3::ONE.extend(0.0), ..record });
+        Ok(self.push(record, words))
     }
 }
 
-fn covering(opacity: f64) -> Vec4 {
-    Vec3::ZERO.extend(opacity as f32)
+fn has_slot(maps: &[Map], is: impl Fn(Slot) -> bool) -> bool {
+    maps.iter().any(|map| is(map.slot))
+}
+
+// Those of a material that scale its own record.
+fn slots_of(material: &Material<Still>) -> &'static [Slot] {
+    match &material.bsdf {
+        Bsdf::Diffuse { .. } => &[Slot::Color, Slot::Roughness],
+        Bsdf::Metal { reflectance: Reflectance::Tint { .. }, .. } => {
+            &[Slot::Color, Slot::EdgeTint, Slot::Roughness, Slot::Anisotropy]
+        }
+        Bsdf::Metal { .. } => &[Slot::Roughness, Slot::Anisotropy],
+        Bsdf::Dielectric { .. } => &[Slot::Roughness],
+        Bsdf::Glossy { .. } => &[Slot::Roughness, Slot::Metalness],
+        Bsdf::Mix { .. } => &[Slot::Amount],
+        Bsdf::Emitter { .. } => &[],
+    }
+}
+
+fn slot_code(slot: Slot) -> u32 {
+    match slot {
+        Slot::EdgeTint => SLOT_EDGE_TINT,
+        Slot::Roughness => SLOT_ROUGHNESS,
+        Slot::Anisotropy => SLOT_ANISOTROPY,
+        Slot::Metalness => SLOT_METALNESS,
+        Slot::Amount => SLOT_AMOUNT,
+        _ => SLOT_COLOR,
+    }
 }
 
 // α along and across the tangent, roughness, anisotropy; smooth only as a whole.
@@ -179,16 +372,21 @@ fn metal(mut record: Packed) -> Packed {
     if lost < 1e-5 {
         return record;
     }
-    let mut scene = Scene::empty();
-    scene.materials[0] = record;
-    let reflectance = scene.with_kernel(|kernel| {
-        let bsdf = kernel.bsdf_at(0, 1.0, 0.0);
-        albedo::average(|c| kernel.metal_fresnel(bsdf, c))
-    });
+    let reflectance = average_reflectance(record);
     let multiple = reflectance * reflectance * (1.0 - lost) / (Vec3::ONE - reflectance * lost);
     record.more = (multiple / lost).extend(record.more.w);
     record.kind.y |= COMPENSATE | CHOICE;
     record
+}
+
+// The mean of a metal's reflectance over the hemisphere, weighted by the cosine.
+fn average_reflectance(record: Packed) -> Vec3 {
+    let mut scene = Scene::empty();
+    scene.materials[0] = record;
+    scene.with_kernel(|kernel| {
+        let bsdf = kernel.bsdf_at(0, 1.0, 0.0);
+        albedo::average(|c| kernel.metal_fresnel(bsdf, c))
+    })
 }
 
 // The colour that a material has; 0 where it has none. `known`: those of the materials before it.
@@ -316,7 +514,7 @@ mod tests {
         let half = Material { opacity: 0.5, ..matt() };
         let mix = Material { opacity: 0.8, ..Bsdf::Mix { a: 0, b: 1, amount: 0.5 }.into() };
         let materials = [emitter(), half, mix];
-        let records = pack(&materials).expect("a shallow tree");
+        let records = pack(&materials, &mut Textures::default()).expect("a shallow tree").records;
         // Of the rays that meet it, one third meets the half that is cut out by half.
         assert!((records[2].more.w - 0.8 * 0.75).abs() < 1e-6);
         assert!((records[2].lobe.x - 1.0 / 3.0).abs() < 1e-6);
@@ -331,6 +529,9 @@ mod tests {
         for i in 0..MAX_DEPTH as usize {
             materials.push(Bsdf::Mix { a: i, b: i, amount: 0.5 }.into());
         }
-        assert_eq!(pack(&materials).err(), Some(PackError::Materials { limit: MAX_DEPTH as usize }));
+        assert_eq!(
+            pack(&materials, &mut Textures::default()).err(),
+            Some(PackError::Materials { limit: MAX_DEPTH as usize })
+        );
     }
 }

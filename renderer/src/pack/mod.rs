@@ -8,9 +8,11 @@ mod filter;
 mod geometry;
 mod lights;
 mod materials;
+mod opacity;
 mod other;
 mod sky;
 mod spectra;
+mod textures;
 mod tree;
 
 use std::f64::consts::TAU;
@@ -28,6 +30,8 @@ use kinora_kernel::{Packed, Params};
 use kinora_scene::{Background, Instance, LightKind, Mis, Sampler, SkyLight, World};
 
 use geometry::Geometry;
+use materials::Materials;
+use textures::Textures;
 
 /// Why a world cannot be traced.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,6 +57,23 @@ pub enum PackError {
     Emitters {
         /// How many there may be.
         limit: usize,
+    },
+    /// What cuts holes into one material is mixed of too many parts.
+    CutOuts {
+        /// How many there may be.
+        limit: usize,
+    },
+    /// Textures are too many levels inside one another.
+    Textures {
+        /// How many levels there may be.
+        limit: usize,
+    },
+    /// Textures, and what meshes have for them, are too large to be counted.
+    Texels {
+        /// How large they are.
+        bytes: u64,
+        /// How large they may be.
+        limit: u64,
     },
     /// Texels and tables of lights are more than the kernel can count.
     Words {
@@ -81,6 +102,13 @@ impl std::fmt::Display for PackError {
             PackError::Emitters { limit } => {
                 write!(f, "more than {limit} parts of a material shine, each in its own way")
             }
+            PackError::CutOuts { limit } => {
+                write!(f, "the opacity of a mixed material depends on more than {limit} values")
+            }
+            PackError::Textures { limit } => write!(f, "textures are more than {limit} levels inside one another"),
+            PackError::Texels { bytes, limit } => {
+                write!(f, "the textures take {} MiB, the limit is {} MiB", bytes >> 20, limit >> 20)
+            }
             PackError::Words { words, limit } => {
                 write!(f, "pictures and lights take {} MiB, the limit is {} MiB", words >> 18, limit >> 18)
             }
@@ -102,7 +130,9 @@ const MAX_WORDS: usize = 1 << 29;
 /// # Errors
 /// Geometry beyond the limits that [`PackError`] names.
 pub fn pack(world: &World) -> Result<Packed, PackError> {
-    let mut geometry = Geometry { materials: materials::pack(&world.materials)?, ..Geometry::default() };
+    let mut textures = Textures::default();
+    let Materials { records, reads } = materials::pack(&world.materials, &mut textures)?;
+    let mut geometry = Geometry { materials: records, reads, textures, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
     let (planes, others): (Vec<_>, Vec<_>) =
         world.instances.iter().partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
@@ -122,8 +152,15 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         }
     }
     let near_count = lights::choose_by_power(&mut geometry.lights);
-    let mut words = Vec::new();
-    let light_tree = match geometry.lights.len() >= tree::TREE_FROM {
+    // What textures read stands first, since place 0 stands for nothing and their tables have fixed places.
+    let texture_features = geometry.textures.features;
+    let (mut words, maps) = std::mem::take(&mut geometry.textures).finish(geometry.materials.len())?;
+    let needed = words.len() + geometry.lights.len() * tree::PAIR;
+    let many = geometry.lights.len() >= tree::TREE_FROM;
+    if many && needed > MAX_WORDS {
+        return Err(PackError::Words { words: needed, limit: MAX_WORDS });
+    }
+    let light_tree = match many {
         true => tree::build(&mut geometry.lights, &mut words),
         false => None,
     };
@@ -165,6 +202,8 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
             params.features |= FEATURE_BEAM;
         }
     }
+    params.features |= texture_features;
+    params.textures.x = maps;
     let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
     tables.resize(TABLE_ALBEDO as usize, 0.0);
     tables.extend_from_slice(albedo::tables());
@@ -176,7 +215,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         materials: not_empty(geometry.materials),
         lights: not_empty(all_lights),
         tables,
-        words: not_empty(words),
+        words,
     };
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
     packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());

@@ -13,7 +13,7 @@ use super::lights::{Light, Reach};
 pub const TREE_FROM: usize = 6;
 
 /// Words of a pair.
-const PAIR: usize = 2 * TREE_CHILD as usize;
+pub const PAIR: usize = 2 * TREE_CHILD as usize;
 /// Bins along an axis.
 const BINS: usize = 12;
 /// Below this the halves are not worth two threads.

@@ -596,6 +596,27 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row("E0806", "a mesh with too many triangles", "It would not fit into the memory of most machines.", "", ""),
     row(
+        "E0807",
+        "too much for one buffer",
+        "Textures and meshes of a scene must fit into the buffers of the device.",
+        "",
+        "",
+    ),
+    row(
+        "W0808",
+        "a texture on a mesh without texture coordinates",
+        "Every point of the mesh shows the same texel.",
+        "",
+        "",
+    ),
+    row(
+        "W0809",
+        "a ratio that is read as a colour",
+        "Roughness, opacity and the like are numbers: a picture of them is not encoded for a screen.",
+        "",
+        "",
+    ),
+    row(
         "W0810",
         "a part of a model that is left out",
         "The file has something that this version does not show. The rest of the model is complete.",

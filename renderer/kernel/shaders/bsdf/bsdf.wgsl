@@ -57,10 +57,21 @@ fn branch(u: ptr<function, f32>, share: f32, a: u32, b: u32) -> u32 {
     return select(a, b, second);
 }
 
-/// The BSDF of `material` seen at cosine `c`; `u`, uniform in 0 <= u < 1, chooses where there is a choice.
+/// The BSDF of `material` without textures seen at cosine `c`; `u`, uniform in 0 <= u < 1, chooses where there is a
+/// choice.
 fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
+    var s: Surface;
+    var v: Vertex;
+    v.wo.z = c;
+    return bsdf_on(material, s, &v, u);
+}
+
+/// The BSDF of `material` at a point; `u`, uniform in 0 <= u < 1, chooses where there is a choice. A normal map turns
+/// the vertex's frame.
+fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf {
     var index = material;
     var choice = u;
+    var mapped = false;
     var coat = vec3<f32>(0.0);
     var under = 1.0;
     var inner = 0.0;
@@ -70,7 +81,13 @@ fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
         if kind.x != MATERIAL_MIX && kind.x != MATERIAL_GLOSSY {
             break;
         }
-        let lobe = materials[index].lobe;
+        var lobe = materials[index].lobe;
+        var split = false;
+        if has_textures() {
+            lobe = material_on(index, s).lobe;
+            split = (maps_of(index, MAPS_FLAGS) & MAPS_SPLIT) != 0u;
+            mapped = turn_normal(index, s, v) || mapped;
+        }
         if kind.x == MATERIAL_MIX {
             index = branch(&choice, lobe.x, kind.z, kind.w);
             continue;
@@ -81,21 +98,30 @@ fn bsdf_at(material: u32, c: f32, u: f32) -> Bsdf {
             index = below;
             continue;
         }
-        let albedo = coat_albedo(lobe.x, lobe.z, lobe.y, c);
-        if coat.y == 0.0 {
+        let albedo = coat_albedo(lobe.x, lobe.z, lobe.y, max((*v).wo.z, MIN_COSINE));
+        if coat.y == 0.0 && !split {
             coat = vec3<f32>(lobe.x, lobe.y, lobe.z);
             under = 1.0 - albedo;
             index = below;
             continue;
         }
-        // A coat below a coat: the coat alone as often as light comes back from it, else what it covers.
+        // A coat below a coat, or over another normal: the coat alone as often as light comes back from it, else what it covers.
         index = branch(&choice, 1.0 - albedo, index, below);
         if index != below {
             inner = 1.0 / albedo;
             break;
         }
     }
-    let m = materials[index];
+    var m = materials[index];
+    if has_textures() {
+        m = material_on(index, s);
+        if inner == 0.0 {
+            mapped = turn_normal(index, s, v) || mapped;
+        }
+        if mapped {
+            bend_normal(v, m.kind.x == MATERIAL_DIFFUSE && coat.y == 0.0);
+        }
+    }
     if inner > 0.0 {
         let white = vec3<f32>(inner);
         return Bsdf(index, MATERIAL_GLOSSY, 0u, white, white, white, m.lobe.xx, m.lobe.z, 0.0, vec2<f32>(1.0, 0.0),
