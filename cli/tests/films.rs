@@ -92,7 +92,7 @@ fn a_crop_has_the_pixels_of_the_whole() {
 #[test]
 fn layers() {
     let folder = Folder::hello();
-    let flags = "--aov position,albedo,id,depth,normal";
+    let flags = "--aov position,samples,albedo,id,depth,normal --set render.adaptive=5%";
     render(&folder, &format!("{flags} --threads 1 -o a.exr"));
     render(&folder, &format!("{flags} --threads 2 -o b.exr"));
     assert!(folder.read("a.exr") == folder.read("b.exr"), "the same picture is the same bytes");
@@ -114,6 +114,7 @@ fn layers() {
         "position.X",
         "position.Y",
         "position.Z",
+        "samples",
     ];
     assert_eq!(names, expected);
     let own = &header.own_attributes;
@@ -204,7 +205,7 @@ fn what_cannot_be_written_is_refused_before_there_is_work() {
     for (line, piece) in [
         ("render hello.kin -o a.png --aov id", "adds layers to an .exr"),
         ("render hello.kin -o a.exr --aov motion", "not yet"),
-        ("render hello.kin -o a.exr --aov depth,samples", "not yet"),
+        ("render hello.kin -o a.exr --aov depth,motion", "not yet"),
         ("render hello.kin -o a.exr --aov colour", "`colour` is no layer"),
         ("render hello.kin --crop 20,0,5,1", "the crop 20,0,5,1 is not a part of the picture, which is 24 × 16"),
         ("render hello.kin --crop 0,0,0,4", "100,50,320,180"),

@@ -2,7 +2,7 @@
 
 use std::{fmt, ops::Range, sync::Arc};
 
-use glam::Vec4;
+use glam::{UVec2, Vec4};
 use kinora_kernel::{Invalid, Packed};
 
 use crate::gpu::{Api, Demand, Gpu};
@@ -42,18 +42,29 @@ pub trait Backend: Send {
     /// The scene does not fit, or the device is lost. The scene before it stays.
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError>;
 
-    /// One pass over the uploaded scene's window: the sum of these samples in their order, one a pixel, w counting rays;
-    /// `None` if `control` ended it.
+    /// One pass over the uploaded scene's window, row by row, or over these pixels of the picture alone: the sum of these
+    /// samples in their order, one a pixel, w counting rays; `None` if `control` ended it. A pixel's sum is the same
+    /// however it was asked for.
     ///
     /// # Errors
     /// Nothing was uploaded, or the device is lost.
-    fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError>;
+    fn trace(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Vec4>>, BackendError>;
 
     /// As `trace`, but what these samples show instead of their light.
     ///
     /// # Errors
     /// As `trace`.
-    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError>;
+    fn survey(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Survey>>, BackendError>;
 }
 
 /// Why a backend cannot do its work.

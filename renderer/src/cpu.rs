@@ -60,9 +60,14 @@ impl Backend for Cpu {
         Ok(())
     }
 
-    fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError> {
+    fn trace(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Vec4>>, BackendError> {
         let (width, count) = (self.width, samples.len());
-        self.tiles(control, |kernel, pixels| {
+        self.each(pixels, control, |kernel, pixels| {
             let mut sums = Vec::with_capacity(pixels.len());
             for pixels in pixels.chunks((MOST_PATHS / count.max(1)).max(1)) {
                 let mut light = vec![Vec4::ZERO; pixels.len() * count];
@@ -74,8 +79,13 @@ impl Backend for Cpu {
         })
     }
 
-    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError> {
-        self.tiles(control, |kernel, pixels| {
+    fn survey(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Survey>>, BackendError> {
+        self.each(pixels, control, |kernel, pixels| {
             let survey = |&pixel: &UVec2| {
                 let zero = FeatureSum::default();
                 let sum = samples.clone().fold(zero, |sum, sample| kernel.features_add(sum, pixel, sample));
@@ -86,48 +96,76 @@ impl Backend for Cpu {
     }
 }
 
+/// A part of a pass.
+#[derive(Clone, Copy)]
+enum Part<'a> {
+    /// Tile of the window, from its corner.
+    Tile(UVec2),
+    /// Pixels of a list, from this one on.
+    List(usize, &'a [UVec2]),
+}
+
 impl Cpu {
-    // Works on the window tile by tile: `work` gives a value for each of a tile's pixels; `None` if `control` ended it.
-    fn tiles<T: Copy + Default + Send>(
+    // Works on the window tile by tile, or on a list of pixels part by part: `work` gives a value for each of a part's
+    // pixels; `None` if `control` ended it.
+    fn each<T: Copy + Default + Send>(
         &self,
+        listed: Option<&[UVec2]>,
         control: &dyn Control,
         work: impl Fn(&Kernel<'_>, &[UVec2]) -> Vec<T> + Sync,
     ) -> Result<Option<Vec<T>>, BackendError> {
         let packed = self.packed.as_deref().ok_or(BackendError::Nothing)?;
         let window = packed.params.window;
         let size = window.zw();
-        let (columns, rows) = (size.x.div_ceil(TILE), size.y.div_ceil(TILE));
+        const LENGTH: usize = (TILE * TILE) as usize;
+        let parts: Vec<Part<'_>> = match listed {
+            Some(list) => list.chunks(LENGTH).enumerate().map(|(i, list)| Part::List(i * LENGTH, list)).collect(),
+            None => {
+                let (columns, rows) = (size.x.div_ceil(TILE), size.y.div_ceil(TILE));
+                let row = |y| (0..columns).map(move |x| Part::Tile(UVec2::new(x, y) * TILE));
+                (0..rows).flat_map(row).collect()
+            }
+        };
         let stop = AtomicBool::new(false);
-        let mut values = vec![T::default(); size.x as usize * size.y as usize];
+        let mut values = vec![T::default(); listed.map_or(size.x as usize * size.y as usize, <[UVec2]>::len)];
         let (sender, finished) = std::sync::mpsc::channel();
-        let tiles: Vec<UVec2> = (0..rows).flat_map(|y| (0..columns).map(move |x| UVec2::new(x, y) * TILE)).collect();
         // The work runs in the pool, the caller's thread collects it and stays free to say stop.
         std::thread::scope(|scope| {
-            let (pool, tiles, stop, work) = (&self.pool, &tiles, &stop, &work);
+            let (pool, parts, stop, work) = (&self.pool, &parts, &stop, &work);
             scope.spawn(move || {
                 pool.install(|| {
-                    tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
+                    parts.par_iter().with_max_len(1).for_each_with(sender, |sender, &part| {
                         if !stop.load(Ordering::Relaxed) {
-                            let end = (tile + UVec2::splat(TILE)).min(size);
-                            let places: Vec<_> = (tile.y..end.y)
-                                .flat_map(|y| (tile.x..end.x).map(move |x| window.xy() + UVec2::new(x, y)))
-                                .collect();
-                            let pixels = packed.with_kernel(|kernel| work(kernel, &places));
+                            let pixels = packed.with_kernel(|kernel| match part {
+                                Part::List(_, list) => work(kernel, list),
+                                Part::Tile(tile) => {
+                                    let end = (tile + UVec2::splat(TILE)).min(size);
+                                    let places: Vec<_> = (tile.y..end.y)
+                                        .flat_map(|y| (tile.x..end.x).map(move |x| window.xy() + UVec2::new(x, y)))
+                                        .collect();
+                                    work(kernel, &places)
+                                }
+                            });
                             // The receiver is gone only after `stop`.
-                            let _ = sender.send((tile, pixels));
+                            let _ = sender.send((part, pixels));
                         }
                     });
                 });
             });
             let mut done = 0;
-            for (tile, pixels) in finished {
-                let width = TILE.min(size.x - tile.x) as usize;
-                for (row, line) in pixels.chunks_exact(width).enumerate() {
-                    let start = (tile.y as usize + row) * size.x as usize + tile.x as usize;
-                    values[start..start + width].copy_from_slice(line);
+            for (part, pixels) in finished {
+                match part {
+                    Part::List(start, list) => values[start..start + list.len()].copy_from_slice(&pixels),
+                    Part::Tile(tile) => {
+                        let width = TILE.min(size.x - tile.x) as usize;
+                        for (row, line) in pixels.chunks_exact(width).enumerate() {
+                            let start = (tile.y as usize + row) * size.x as usize + tile.x as usize;
+                            values[start..start + width].copy_from_slice(line);
+                        }
+                    }
                 }
                 done += 1;
-                if !control.keep_going(f64::from(done) / tiles.len() as f64) {
+                if !control.keep_going(f64::from(done) / parts.len() as f64) {
                     stop.store(true, Ordering::Relaxed);
                 }
             }

@@ -7,7 +7,8 @@
 //! | normal | 0.5 + 0.5 n a channel, x y z as red green blue; black where nothing is |
 //! | depth | 1 / (1 + (depth / focus)⁴): half grey at the camera's plane in focus, white near, black far and where nothing is |
 //! | id | a colour of its own for every node, black where nothing is |
-//! | cost | rays a sample, from black over violet, red and yellow to white for 2 · (max_bounces + 1) |
+//! | samples | samples taken, from black over violet, red and yellow to white for `samples`, the most |
+//! | cost | rays a sample, in the same colours, white for 2 · (max_bounces + 1) |
 //! | bvh | the boxes of the tree, down to a level that can still be read, over a dim picture of the scene |
 
 use glam::{DMat3, DVec3, Vec3};
@@ -81,6 +82,7 @@ pub fn develop(film: &Film, look: &Look<Still>) -> Image {
         // Of its own pixel alone, so that a crop shows what the whole does, and films do not flicker.
         Shown::Depth => each(&|i| Vec3::splat(1.0 / (1.0 + (seen(i).depth.max(0.0) / film.middle_m).powi(4)))),
         Shown::Id => each(&|i| color_of(seen(i).id)),
+        Shown::Samples => each(&|i| heat(film.samples_of(i) as f32 / film.most_samples().max(1) as f32)),
         Shown::Cost => each(&|i| heat(film.cost(i) / film.most_rays())),
         Shown::Bvh => {
             let pixels = wired(film);
@@ -91,7 +93,7 @@ pub fn develop(film: &Film, look: &Look<Still>) -> Image {
 }
 
 /// What a film holds as numbers, three a pixel: light, albedo and the picture of the boxes as linear light, normals as x,
-/// y and z, depth, id and rays a sample three times the same. What is a mean is one over all samples, so that it is
+/// y and z, depth, id, samples and rays a sample three times the same. What is a mean is one over all samples, so that it is
 /// already multiplied by alpha.
 pub fn measure(film: &Film) -> Vec<Vec3> {
     let seen = |i: usize| film.seen(i).unwrap_or(NOTHING);
@@ -102,6 +104,7 @@ pub fn measure(film: &Film) -> Vec<Vec3> {
         Shown::Normal => each(&|i| seen(i).normal),
         Shown::Depth => each(&|i| Vec3::splat(seen(i).depth)),
         Shown::Id => each(&|i| Vec3::splat(seen(i).id as f32)),
+        Shown::Samples => each(&|i| Vec3::splat(film.samples_of(i) as f32)),
         Shown::Cost => each(&|i| Vec3::splat(film.cost(i))),
         Shown::Bvh => wired(film),
     }

@@ -1,10 +1,13 @@
 //! The film: what all passes so far add up to.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DVec3, UVec4, Vec3, Vec4};
+use glam::{DVec3, UVec2, UVec4, Vec3, Vec4};
+use kinora_kernel::PASS_SAMPLES;
 use kinora_scene::{Background, Render, Shown};
 
+use crate::adaptive::{self, Adaptive};
 use crate::wires::Wires;
 
 /// A part of a picture, in pixels from its top left corner.
@@ -83,6 +86,8 @@ pub struct Film {
     transparent: bool,
     // The most rays that a sample takes where nothing is cut out.
     most_rays: f32,
+    // The most that a pixel may get.
+    most_samples: u32,
     samples: u32,
     rays: u64,
     // Each is empty if it is not wanted.
@@ -90,6 +95,8 @@ pub struct Film {
     costs: Vec<u32>,
     surveys: Vec<Survey>,
     pub(crate) wires: Option<Arc<Wires>>,
+    // Where pixels get different numbers of samples.
+    adaptive: Option<Adaptive>,
     /// The depth that a picture of depths shows half grey, in metres.
     pub(crate) middle_m: f32,
 }
@@ -111,18 +118,24 @@ impl Film {
         let Contents { light, cost, surveys } = Contents::of(render, request);
         let too_large = TooLarge { bytes: Self::bytes(render, request) };
         let count = |wanted: bool| if wanted { window.pixels() } else { 0 };
+        let adaptive = match light && adaptive::is_on(render) {
+            true => Some(Adaptive::new(render, window).ok_or(too_large)?),
+            false => None,
+        };
         Ok(Self {
             picture: render.resolution,
             window,
             view: render.view,
             transparent: render.background == Background::Transparent,
             most_rays: 2.0 * (render.max_bounces as f32 + 1.0),
+            most_samples: render.samples,
             samples: 0,
             rays: 0,
             light: zeros(count(light), DVec3::ZERO).ok_or(too_large)?,
             costs: zeros(count(cost), 0).ok_or(too_large)?,
             surveys: zeros(count(surveys), [Vec4::ZERO; 3]).ok_or(too_large)?,
             wires: None,
+            adaptive,
             middle_m: 1.0,
         })
     }
@@ -135,7 +148,9 @@ impl Film {
         let a_pixel = part(light, size_of::<DVec3>(), size_of::<Vec4>())
             + part(cost, size_of::<u32>(), 0)
             + part(surveys, size_of::<Survey>(), size_of::<Survey>());
-        a_pixel.saturating_mul(window.pixels() as u64)
+        let pixels = adaptive::traced(render, window).pixels() as u64;
+        let adaptive = part(light && adaptive::is_on(render), adaptive::BYTES, 0);
+        a_pixel.saturating_add(adaptive).saturating_mul(pixels)
     }
 
     /// Width and height in pixels: of the window, if that is not the whole picture.
@@ -146,6 +161,11 @@ impl Film {
     /// The part of the picture that this is.
     pub fn window(&self) -> Window {
         self.window
+    }
+
+    /// The part of the picture that is traced for it: more than the window where pixels are judged by their neighbours.
+    pub(crate) fn traced(&self) -> Window {
+        self.adaptive.as_ref().map_or(self.window, Adaptive::traced)
     }
 
     /// Width and height of the whole picture in pixels.
@@ -163,9 +183,56 @@ impl Film {
         self.transparent
     }
 
-    /// Samples a pixel so far: also the index of the next sample.
+    /// Samples a pixel so far, of those that still want some: also the index of the next sample.
     pub fn samples(&self) -> u32 {
         self.samples
+    }
+
+    /// Samples of a pixel so far, by its index.
+    pub fn samples_of(&self, i: usize) -> u32 {
+        let wanted = self.adaptive.as_ref().and_then(|adaptive| adaptive.count(i));
+        wanted.map_or(self.samples, |wanted| wanted.min(self.samples))
+    }
+
+    /// Samples a pixel so far, the mean over all pixels.
+    pub fn mean_samples(&self) -> f64 {
+        match &self.adaptive {
+            Some(adaptive) => adaptive.taken() / self.window.pixels() as f64,
+            None => f64::from(self.samples),
+        }
+    }
+
+    /// Whether pixels may get different numbers of samples.
+    pub fn is_adaptive(&self) -> bool {
+        self.adaptive.is_some()
+    }
+
+    /// The samples of the next pass, if each pixel is to have up to `samples`; `None` if no pixel wants more.
+    pub fn next_pass(&self, samples: u32) -> Option<Range<u32>> {
+        let first = self.samples;
+        let end = match &self.adaptive {
+            Some(adaptive) => adaptive.end_of_pass(first)?,
+            None => first.saturating_add(PASS_SAMPLES),
+        };
+        let end = end.min(samples);
+        (first < end).then_some(first..end)
+    }
+
+    /// How much of all work is done, in 0..=1, if each pixel is to have up to `samples` and the next pass has got on by
+    /// `more` samples a pixel.
+    pub(crate) fn share(&self, samples: u32, more: f64) -> f64 {
+        match self.adaptive.as_ref().filter(|adaptive| adaptive.is_decided()) {
+            Some(adaptive) => adaptive.share(more),
+            None => (f64::from(self.samples) + more) / f64::from(samples.max(1)),
+        }
+    }
+
+    /// Where the next pass has to look; `None` for everywhere.
+    pub(crate) fn places(&self) -> Option<Vec<UVec2>> {
+        let adaptive = self.adaptive.as_ref().filter(|adaptive| adaptive.is_decided())?;
+        let Window { left, top, width, .. } = self.window;
+        let place = |i: &u32| UVec2::new(left + i % width, top + i / width);
+        Some(adaptive.active().iter().map(place).collect())
     }
 
     /// Rays traced so far, those for layers not counted.
@@ -183,22 +250,55 @@ impl Film {
         !self.surveys.is_empty()
     }
 
-    /// Adds the next pass of `samples` samples: a sum of light a pixel, w counting rays, and a survey, each where wanted.
+    /// Adds the next pass of `samples` samples: a sum of light, w counting rays, and a survey, each where wanted, for all
+    /// that is traced or for what [`Film::places`] lists.
     ///
     /// # Panics
     /// A part that is wanted is not one value a pixel.
     pub fn add(&mut self, light: &[Vec4], surveys: &[Survey], samples: u32) {
-        assert_eq!(light.len(), self.light.len(), "a pass has one sum a pixel");
-        assert_eq!(surveys.len(), self.surveys.len(), "a pass has one survey a pixel");
-        for (sum, part) in self.light.iter_mut().zip(light) {
-            *sum += part.truncate().as_dvec3();
-            self.rays += part.w as u64;
+        self.rays += light.iter().map(|part| part.w as u64).sum::<u64>();
+        let mut adaptive = self.adaptive.take();
+        match adaptive.as_ref().filter(|adaptive| adaptive.is_decided()) {
+            Some(adaptive) => self.add_at(adaptive.active().iter().map(|i| *i as usize), light, surveys),
+            None => {
+                let traced = adaptive.as_ref().map_or(self.window, Adaptive::traced);
+                self.add_all(traced, light, surveys);
+            }
         }
-        for (sum, part) in self.costs.iter_mut().zip(light) {
-            *sum = sum.saturating_add(part.w as u32);
+        self.samples += samples;
+        if let Some(adaptive) = &mut adaptive {
+            adaptive.learn(light, samples, self.samples);
         }
-        for (sum, part) in self.surveys.iter_mut().zip(surveys) {
-            let [albedo, normal, position] = part;
+        self.adaptive = adaptive;
+    }
+
+    // A pass over `traced`, of which the window is a part.
+    fn add_all(&mut self, traced: Window, light: &[Vec4], surveys: &[Survey]) {
+        let values = |wanted: bool| if wanted { traced.pixels() } else { 0 };
+        assert_eq!(light.len(), values(self.wants_light()), "a pass has one sum a pixel");
+        assert_eq!(surveys.len(), values(self.wants_surveys()), "a pass has one survey a pixel");
+        let width = self.window.width as usize;
+        for y in 0..self.window.height {
+            let start = (y + self.window.top - traced.top) as usize * traced.width as usize;
+            let start = start + (self.window.left - traced.left) as usize;
+            let (light, surveys) = (light.get(start..start + width), surveys.get(start..start + width));
+            let row = y as usize * width;
+            self.add_at(row..row + width, light.unwrap_or(&[]), surveys.unwrap_or(&[]));
+        }
+    }
+
+    // Values of the pixels with these indices.
+    fn add_at(&mut self, pixels: impl Iterator<Item = usize> + Clone, light: &[Vec4], surveys: &[Survey]) {
+        for (i, part) in pixels.clone().zip(light) {
+            if let Some(sum) = self.light.get_mut(i) {
+                *sum += part.truncate().as_dvec3();
+            }
+            if let Some(sum) = self.costs.get_mut(i) {
+                *sum = sum.saturating_add(part.w as u32);
+            }
+        }
+        for (i, [albedo, normal, position]) in pixels.zip(surveys) {
+            let Some(sum) = self.surveys.get_mut(i) else { continue };
             sum[0] += albedo;
             // The first pass begins with the first sample.
             let depth = if self.samples == 0 { normal.w } else { sum[1].w };
@@ -207,38 +307,41 @@ impl Film {
                 sum[2] = *position;
             }
         }
-        self.samples += samples;
     }
 
-    fn scale(&self) -> f64 {
-        1.0 / f64::from(self.samples.max(1))
+    fn scale(&self, i: usize) -> f64 {
+        1.0 / f64::from(self.samples_of(i).max(1))
     }
 
     /// Mean radiance, one a pixel, over what the background leaves of it; black before the first sample. Empty if the
     /// view shows something else.
     pub fn mean(&self) -> Vec<Vec3> {
-        let scale = self.scale();
-        self.light.iter().map(|sum| (*sum * scale).as_vec3()).collect()
+        self.light.iter().enumerate().map(|(i, sum)| (*sum * self.scale(i)).as_vec3()).collect()
     }
 
     /// Mean radiance of a pixel by its index.
     pub(crate) fn light(&self, i: usize) -> Vec3 {
-        self.light.get(i).map_or(Vec3::ZERO, |sum| (*sum * self.scale()).as_vec3())
+        self.light.get(i).map_or(Vec3::ZERO, |sum| (*sum * self.scale(i)).as_vec3())
     }
 
     /// Rays a sample of a pixel by its index; 0 unless the view shows them.
     pub fn cost(&self, i: usize) -> f32 {
-        self.costs.get(i).map_or(0.0, |rays| (f64::from(*rays) * self.scale()) as f32)
+        self.costs.get(i).map_or(0.0, |rays| (f64::from(*rays) * self.scale(i)) as f32)
     }
 
     pub(crate) fn most_rays(&self) -> f32 {
         self.most_rays
     }
 
+    /// The most samples that a pixel may get.
+    pub(crate) fn most_samples(&self) -> u32 {
+        self.most_samples
+    }
+
     /// What a pixel shows, by its index; `None` where nobody asked for it.
     pub fn seen(&self, i: usize) -> Option<Seen> {
         let [albedo, normal, position] = *self.surveys.get(i)?;
-        let scale = self.scale() as f32;
+        let scale = self.scale(i) as f32;
         let means = albedo * scale;
         Some(Seen {
             albedo: means.truncate(),
@@ -260,7 +363,7 @@ struct Contents {
 
 impl Contents {
     fn of(render: &Render, request: &Request) -> Self {
-        let light = matches!(render.view, Shown::Beauty | Shown::Cost);
+        let light = matches!(render.view, Shown::Beauty | Shown::Cost | Shown::Samples);
         let surveys = !light || request.layers || render.background == Background::Transparent;
         Self { light, cost: render.view == Shown::Cost, surveys }
     }

@@ -5,6 +5,7 @@
 //! A pixel is a function of world, settings, pixel and sample index: the same bits on the same backend, whatever the
 //! threads, tiles or interruptions.
 
+mod adaptive;
 pub mod backend;
 pub mod cpu;
 mod develop;

@@ -4,7 +4,6 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use kinora_kernel::PASS_SAMPLES;
 use kinora_scene::{Shown, World};
 
 use crate::backend::{Backend, BackendError, Control};
@@ -114,7 +113,7 @@ impl Renderer {
         let size = request.crop.map_or(picture, |window| [window.width, window.height]);
         let mut film = film.map_err(|TooLarge { bytes }| RenderError::Memory { size, bytes })?;
         let mut packed = pack(world)?;
-        packed.params.window = film.window().packed();
+        packed.params.window = film.traced().packed();
         film.middle_m = world.view.focus_m as f32;
         film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed)));
         self.backend.upload(Arc::new(packed))?;
@@ -122,17 +121,16 @@ impl Renderer {
         Ok(film)
     }
 
-    /// Adds one pass to `film`, of [`PASS_SAMPLES`] samples or as many as are missing to `samples`; false if there was
-    /// nothing to add or `control` ended it, in which case the film is as it was.
+    /// Adds one pass to `film`, of [`PASS_SAMPLES`](kinora_kernel::PASS_SAMPLES) samples or as many as are missing to
+    /// `samples` (fewer where the pilot of adaptive sampling ends); false if there was nothing to add or `control` ended
+    /// it, in which case the film is as it was.
     ///
     /// # Errors
     /// The backend fails.
     pub fn trace_pass(&mut self, film: &mut Film, samples: u32, control: &dyn Control) -> Result<bool, RenderError> {
-        let first = film.samples();
-        let end = samples.min(first.saturating_add(PASS_SAMPLES));
-        if first >= end {
-            return Ok(false);
-        }
+        let Some(pass) = film.next_pass(samples) else { return Ok(false) };
+        let places = film.places();
+        let places = places.as_deref();
         // A survey has one ray a sample, a path about ten.
         let share = match (film.wants_light(), film.wants_surveys()) {
             (true, true) => 0.9,
@@ -140,17 +138,16 @@ impl Renderer {
         };
         let (mut light, mut surveys) = (Vec::new(), Vec::new());
         if film.wants_light() {
-            let Some(pass) = self.backend.trace(first..end, &|done| control.keep_going(done * share))? else {
-                return Ok(false);
-            };
-            light = pass;
+            let go_on = |done| control.keep_going(done * share);
+            let Some(sums) = self.backend.trace(places, pass.clone(), &go_on)? else { return Ok(false) };
+            light = sums;
         }
         if film.wants_surveys() {
             let go_on = |done| control.keep_going(share + done * (1.0 - share));
-            let Some(pass) = self.backend.survey(first..end, &go_on)? else { return Ok(false) };
-            surveys = pass;
+            let Some(sums) = self.backend.survey(places, pass.clone(), &go_on)? else { return Ok(false) };
+            surveys = sums;
         }
-        film.add(&light, &surveys, end - first);
+        film.add(&light, &surveys, pass.end - pass.start);
         Ok(true)
     }
 
@@ -170,13 +167,14 @@ impl Renderer {
     pub fn render_for(&mut self, world: &World, request: &Request, control: &dyn Control) -> Result<Film, RenderError> {
         let mut film = self.load_for(world, request)?;
         let samples = world.render.samples;
-        loop {
-            let first = film.samples();
-            let end = samples.min(first.saturating_add(PASS_SAMPLES));
-            let whole = |done: f64| (f64::from(first) + done * f64::from(end - first)) / f64::from(samples.max(1));
+        while let Some(pass) = film.next_pass(samples) {
+            // What is wanted in all is known once the pilot is over: the share jumps ahead, but never back.
+            let shares = [0.0, f64::from(pass.end - pass.start)].map(|more| film.share(samples, more));
+            let whole = |done: f64| shares[0] + done * (shares[1] - shares[0]);
             if !self.trace_pass(&mut film, samples, &|done| control.keep_going(whole(done)))? {
-                return Ok(film);
+                break;
             }
         }
+        Ok(film)
     }
 }

@@ -23,8 +23,8 @@ use crate::render::{RenderError, Renderer};
 /// A case fails.
 pub fn run(mut backend: Box<dyn Backend>) {
     println!("suite on {}: trace without a scene is an error", backend.device());
-    assert_eq!(backend.trace(0..1, &()), Err(BackendError::Nothing));
-    assert_eq!(backend.survey(0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(backend.trace(None, 0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(backend.survey(None, 0..1, &()), Err(BackendError::Nothing));
     let mut renderer = Renderer::new(backend);
     for (name, case) in CASES {
         println!("suite: {name}");
@@ -54,6 +54,8 @@ pub const CASES: &[(&str, Case)] = &[
     ("layers pass what light passes", layers_pass),
     ("a window has the pixels of the whole", windows),
     ("a transparent background has alpha", transparent),
+    ("pixels that have enough are left out", adaptive),
+    ("what is rare and bright is not lost by stopping early", rare_events),
 ];
 
 /// A camera at `eye` that looks at `target`.
@@ -483,4 +485,49 @@ fn transparent(renderer: &mut Renderer) {
     }
     let image = crate::develop(&film, &w.look);
     assert_eq!(image.codes8().len(), 4 * 64);
+}
+
+// The upper half shows a sky, the lower a floor under a lamp.
+fn adaptive(renderer: &mut Renderer) {
+    let mut w = world([40, 40], 200, view(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0), 0.8));
+    w.sky = white_sky();
+    w.render.adaptive = 0.01;
+    add(&mut w, quad(DVec3::Y, 1e3, 1e3), DAffine3::IDENTITY, diffuse(0.5, 0.0));
+    add(&mut w, Shape::Sphere { radius_m: 0.3 }, at(1.0, 3.0, 0.0), emitter(Emission::Radiance(30.0)));
+    let film = renderer.render(&w, &()).expect("renders");
+    let taken: Vec<u32> = (0..1600).map(|i| film.samples_of(i)).collect();
+    // The horizon is in the middle.
+    assert!(taken[..40 * 18].iter().all(|taken| *taken == 16), "a sky takes no more than `min_samples`");
+    assert!(taken[40 * 30..].iter().all(|taken| *taken > 16), "a floor does");
+    assert_eq!(film.mean_samples(), taken.iter().map(|taken| f64::from(*taken)).sum::<f64>() / 1600.0);
+    // A part has the pixels of the whole, whatever the passes are, and a pixel those of as many samples everywhere.
+    let window = Window { left: 3, top: 15, width: 9, height: 20 };
+    let request = Request { crop: Some(window), layers: true };
+    let mut part = renderer.load_for(&w, &request).expect("a part packs");
+    assert!(!renderer.trace_pass(&mut part, 200, &|_| false).expect("stops"));
+    while renderer.trace_pass(&mut part, 200, &()).expect("traces") {}
+    let (whole, means) = (film.mean(), part.mean());
+    for (i, mean) in means.iter().enumerate() {
+        let j = (i / 9 + 15) * 40 + i % 9 + 3;
+        assert!(*mean == whole[j] && part.samples_of(i) == taken[j], "the part differs at {i}");
+        assert_eq!(part.seen(i).map(|seen| seen.cover), Some(if j / 40 < 20 { 0.0 } else { 1.0 }), "the part's layers");
+    }
+    // Nobody near by to ask: all samples.
+    w.render.resolution = [1, 1];
+    assert_eq!(renderer.render(&w, &()).expect("renders").samples_of(0), 200);
+    // With fewer samples than the pilot has, there is nothing to decide.
+    w.render = Render { resolution: [4, 4], samples: 7, ..w.render };
+    assert_eq!(renderer.render(&w, &()).expect("renders").mean_samples(), 7.0);
+}
+
+// 50 in one sample of 50: after 16 samples most pixels have seen nothing but black.
+fn rare_events(renderer: &mut Renderer) {
+    let mut w = world([40, 40], 256, front());
+    w.render.adaptive = 0.3;
+    let veil = Material { opacity: 0.02, ..emitter(Emission::Radiance(50.0)) };
+    add(&mut w, quad(DVec3::Z, 10.0, 10.0), DAffine3::IDENTITY, veil);
+    let film = renderer.render(&w, &()).expect("renders");
+    // Its standard deviation is 1.1 % with all samples.
+    near("the mean of rare events", mean(&film.mean()), 1.0, 0.06);
+    assert!(film.mean_samples() > 128.0, "{} samples are enough", film.mean_samples());
 }

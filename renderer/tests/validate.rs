@@ -70,5 +70,5 @@ fn a_backend_refuses_them() {
     packed.shapes[5].index.x = 1000;
     let error = gpu.upload(packed.into()).expect_err("a material is missing");
     assert!(matches!(error, BackendError::Invalid(_)) && error.to_string().contains("shapes[5]"), "{error}");
-    assert_eq!(gpu.trace(0..1, &()), Err(BackendError::Nothing), "the scene before stays");
+    assert_eq!(gpu.trace(None, 0..1, &()), Err(BackendError::Nothing), "the scene before stays");
 }

@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Outcome {
     let statistics = Statistics {
         frames: Some(0),
         skipped: Some(0),
-        samples: scene.render.samples,
+        samples: scene.render.samples.into(),
         load_s: start.elapsed().as_secs_f64(),
         ..Statistics::default()
     };

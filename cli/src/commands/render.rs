@@ -44,7 +44,7 @@ pub struct OutputFlags {
     /// Bits a channel of a PNG
     #[arg(long, value_name = "8|16", default_value = "8", hide_default_value = true, value_parser = bits)]
     bits: Bits,
-    /// Layers of an EXR beside the picture: albedo, normal, depth, id, position
+    /// Layers of an EXR beside the picture: albedo, normal, depth, id, position, samples
     #[arg(long, value_name = "LIST")]
     aov: Option<Layers>,
     /// Only a part of the picture, in pixels from the top left: --crop 100,50,320,180. The pixels are the same as in the whole
@@ -70,7 +70,7 @@ impl OutputFlags {
     /// The scene has no such picture, the format does not hold it, or memory does not.
     pub fn request(&self, scene: &Scene, format: Format) -> Result<Request, String> {
         format.check(&scene.render)?;
-        let request = Request { crop: self.crop, layers: format.layers() != Layers::default() };
+        let request = Request { crop: self.crop, layers: format.layers().of_surfaces() };
         let picture = scene.render.resolution;
         let window = self.crop.unwrap_or(Window::whole(picture));
         if !Window::fits(picture, window) {
@@ -104,14 +104,19 @@ pub struct Statistics {
     pub frames: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skipped: Option<usize>,
-    /// A pixel.
-    pub samples: u32,
+    /// A pixel: the mean, which is a whole number where all have as many.
+    #[serde(serialize_with = "short")]
+    pub samples: f64,
     pub load_s: f64,
     pub build_s: f64,
     pub render_s: f64,
     pub rays: u64,
     pub peak_bytes: Option<u64>,
     pub backend: Option<&'static str>,
+}
+
+fn short<S: serde::Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if number.fract() == 0.0 { serializer.serialize_u64(*number as u64) } else { serializer.serialize_f64(*number) }
 }
 
 impl Statistics {
@@ -183,7 +188,7 @@ impl Statistics {
     /// Adds a picture; `whole` is the time since before its tree was built.
     pub fn add(&mut self, renderer: &Renderer, film: &Film, whole: Duration) {
         let build = renderer.build_time();
-        self.samples = film.samples();
+        self.samples = film.mean_samples();
         self.build_s += build.as_secs_f64();
         self.render_s += whole.saturating_sub(build).as_secs_f64();
         self.rays += film.rays();
@@ -244,7 +249,11 @@ pub fn draw(
 /// `name: 640 × 360, 128 samples, 12.3 s`
 fn summary(path: &Path, film: &Film, time: Duration) -> String {
     let [width, height] = film.size();
-    format!("{}: {width} × {height}, {} samples, {:.1} s", path.display(), film.samples(), time.as_secs_f64())
+    let samples = match film.is_adaptive() {
+        true => format!("{:.1} samples in the mean", film.mean_samples()),
+        false => format!("{} samples", film.samples()),
+    };
+    format!("{}: {width} × {height}, {samples}, {:.1} s", path.display(), time.as_secs_f64())
 }
 
 fn default_output(scene: &Path) -> PathBuf {

@@ -73,6 +73,10 @@ fn channels(film: &Film, layers: Layers) -> AnyChannels<FlatSamples> {
     if layers.id {
         add("id".into(), FlatSamples::U32(seen.iter().map(|seen| seen.id).collect()));
     }
+    if layers.samples {
+        let samples = (0..film.window().pixels()).map(|i| film.samples_of(i) as f32);
+        add("samples".into(), FlatSamples::F32(samples.collect()));
+    }
     AnyChannels::sort(channels.into())
 }
 

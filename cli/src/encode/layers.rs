@@ -11,14 +11,20 @@ pub struct Layers {
     pub depth: bool,
     pub id: bool,
     pub position: bool,
+    pub samples: bool,
 }
 
 impl Layers {
     /// The names of those that are wanted.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
-        let Layers { albedo, normal, depth, id, position } = self;
-        let all = [("albedo", albedo), ("normal", normal), ("depth", depth), ("id", id), ("position", position)];
-        all.into_iter().filter(|(_, wanted)| *wanted).map(|(name, _)| name)
+        let Layers { albedo, normal, depth, id, position, samples } = self;
+        let surfaces = [("albedo", albedo), ("normal", normal), ("depth", depth), ("id", id), ("position", position)];
+        surfaces.into_iter().chain([("samples", samples)]).filter(|(_, wanted)| *wanted).map(|(name, _)| name)
+    }
+
+    /// Whether any of them is about the surfaces that pixels show.
+    pub fn of_surfaces(self) -> bool {
+        Layers { samples: false, ..self } != Layers::default()
     }
 }
 
@@ -34,8 +40,12 @@ impl FromStr for Layers {
                 "depth" => layers.depth = true,
                 "id" => layers.id = true,
                 "position" => layers.position = true,
-                "motion" | "samples" => return Err(format!("not yet: the layer `{name}` comes in a later version")),
-                _ => return Err(format!("`{name}` is no layer: there are albedo, normal, depth, id and position")),
+                "samples" => layers.samples = true,
+                "motion" => return Err(format!("not yet: the layer `{name}` comes in a later version")),
+                _ => {
+                    let all = "albedo, normal, depth, id, position and samples";
+                    return Err(format!("`{name}` is no layer: there are {all}"));
+                }
             }
         }
         Ok(layers)
@@ -51,9 +61,9 @@ mod tests {
         for (text, expected) in [
             ("albedo", Ok("albedo")),
             ("id, normal,id", Ok("normal+id")),
-            ("albedo,normal,depth,id,position", Ok("albedo+normal+depth+id+position")),
+            ("albedo,normal,depth,id,samples,position", Ok("albedo+normal+depth+id+position+samples")),
             ("motion", Err("not yet")),
-            ("depth,samples", Err("not yet")),
+            ("depth,motion", Err("not yet")),
             ("", Err("`` is no layer")),
             ("albedo,", Err("`` is no layer")),
             ("Albedo", Err("`Albedo` is no layer")),

@@ -113,9 +113,9 @@ impl Worker<'_> {
         let size = film.size();
         let start = Instant::now();
         let mut shown: Option<Instant> = None;
-        while film.samples() < samples {
+        while let Some(next) = film.next_pass(samples) {
             let done = film.samples();
-            let end = done.saturating_add(self.pace.pass(size, done, LONGEST_PASS)).min(samples);
+            let end = done.saturating_add(self.pace.pass(size, done, LONGEST_PASS)).min(next.end);
             // However fast jobs follow each other, each shows at least its preview.
             let preview = done == 0 && size != full;
             let jobs = &self.desk.jobs;
@@ -125,10 +125,12 @@ impl Worker<'_> {
                 return Ok(false);
             }
             self.pace.learn(size, end - done, begun.elapsed().as_secs_f64());
-            if end == samples || shown.is_none_or(|shown| shown.elapsed() >= SHOW_EVERY) {
+            let last = film.next_pass(samples).is_none();
+            if last || shown.is_none_or(|shown| shown.elapsed() >= SHOW_EVERY) {
                 let time = start.elapsed();
                 let rgba = develop(&film, &world.look).screen();
-                let wanted = world.render.samples;
+                // Pixels may have enough before they have all.
+                let wanted = if last && film.is_adaptive() { end } else { world.render.samples };
                 let picture = Picture { rgba, size, full, samples: end, wanted, time, load: job.load };
                 self.desk.results.put(Ok(picture));
                 (self.wake)();

@@ -36,8 +36,12 @@ pub struct Scene {
 pub struct Render {
     /// Width and height in pixels, 1..=16384 each.
     pub resolution: [u32; 2],
-    /// Samples a pixel, 1 or more.
+    /// Samples a pixel, 1 or more: the most, where `adaptive` is above 0.
     pub samples: u32,
+    /// Relative error (standard error / mean of a pixel's luminance) that is enough; 0 for the same samples everywhere.
+    pub adaptive: f64,
+    /// Samples before a pixel may have enough.
+    pub min_samples: u32,
     /// Scatterings of one path: 0 = only emission seen directly.
     pub max_bounces: u32,
     /// Bounce from which Russian roulette may end a path.
@@ -65,6 +69,8 @@ impl Default for Render {
         Self {
             resolution: [1280, 720],
             samples: 128,
+            adaptive: 0.0,
+            min_samples: 16,
             max_bounces: 8,
             roulette_from: 4,
             filter: Filter::BlackmanHarris,
@@ -137,6 +143,8 @@ pub enum Shown {
     Depth,
     /// Which shape it is.
     Id,
+    /// The samples that a pixel took.
+    Samples,
     /// The rays that a pixel took.
     Cost,
     /// The boxes of the tree.

@@ -23,6 +23,8 @@ impl<'a> Lower<'_, 'a> {
         let render = Render {
             resolution: [side(0), side(1)],
             samples: count("samples"),
+            adaptive: read::number(node, "adaptive"),
+            min_samples: count("min_samples"),
             max_bounces: count("max_bounces"),
             roulette_from: count("roulette_from"),
             filter,
@@ -45,6 +47,7 @@ impl<'a> Lower<'_, 'a> {
                 "normal" => Shown::Normal,
                 "depth" => Shown::Depth,
                 "id" => Shown::Id,
+                "samples" => Shown::Samples,
                 "cost" => Shown::Cost,
                 "bvh" => Shown::Bvh,
                 _ => Shown::Beauty,

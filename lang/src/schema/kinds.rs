@@ -117,8 +117,10 @@ const RENDER: &[Property] = &[
     row("resolution", Type::Counts, Default::Two([1280.0, 720.0]), "width, height in pixels").check(Check::Resolution),
     row("camera", Type::Node(Sort::Camera), Default::Computed, "which camera takes the picture"),
     row("samples", Type::Count, Default::Number(128.0), "samples a pixel").check(Check::Within(1, u32::MAX as i64)),
-    row("adaptive", NUMBER, ZERO, "target relative error; 0 = off").check(Check::AtLeast0).only_default(),
-    row("min_samples", Type::Count, Default::Number(16.0), "before a pixel may stop").check(Check::AtLeast0).later(),
+    row("adaptive", NUMBER, ZERO, "target relative error (standard error / mean of a pixel's luminance); 0 = off")
+        .check(Check::AtLeast0),
+    row("min_samples", Type::Count, Default::Number(16.0), "before a pixel may stop")
+        .check(Check::Within(0, u32::MAX as i64)),
     row("max_bounces", Type::Count, Default::Number(8.0), "scatterings of one path: 0 = only emission seen directly")
         .check(Check::Within(0, 65_535)),
     row(
@@ -162,7 +164,7 @@ const RENDER: &[Property] = &[
             now("normal"),
             now("depth"),
             now("id"),
-            later("samples"),
+            now("samples"),
             now("cost"),
             now("bvh"),
         ]),

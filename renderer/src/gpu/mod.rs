@@ -37,16 +37,18 @@ const SURVEY: Entry = Entry { name: "survey", vectors: 3 };
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Dispatch {
-    /// Rows of the window and samples.
-    first_row: u32,
-    end_row: u32,
+    /// Rows of the window, or places in the list, and samples.
+    first: u32,
+    end: u32,
     first_sample: u32,
     end_sample: u32,
     /// The row that the output begins with.
     output_row: u32,
     /// Threads of a device that gives each a block of consecutive workgroups; 1 for all others.
     threads: u32,
-    padding: [u32; 2],
+    /// 0, or the vector of the output that the list of pixels begins with: two in a vector.
+    list: u32,
+    padding: u32,
 }
 
 /// What an entry writes, for a band of the picture's rows: a whole picture can be more than a buffer may hold.
@@ -237,30 +239,14 @@ impl Gpu {
         self.queue.submit([encoder.finish()]);
     }
 
-    fn dispatch(
-        &self,
-        scene: &Scene,
-        job: &Job,
-        first: u32,
-        rows: Range<u32>,
-        samples: Range<u32>,
-    ) -> Result<(), BackendError> {
-        let bounds = Dispatch {
-            first_row: rows.start,
-            end_row: rows.end,
-            first_sample: samples.start,
-            end_sample: samples.end,
-            output_row: first,
-            threads: self.threads,
-            padding: [0; 2],
-        };
+    fn dispatch(&self, scene: &Scene, job: &Job, bounds: Dispatch, groups: [u32; 2]) -> Result<(), BackendError> {
         self.queue.write_buffer(&job.output.dispatch, 0, bytemuck::bytes_of(&bounds));
         self.submit(|encoder| {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             pass.set_pipeline(&job.pipeline);
             pass.set_bind_group(0, &scene.bindings, &[]);
             pass.set_bind_group(1, &job.output.bindings, &[]);
-            pass.dispatch_workgroups(scene.size.x.div_ceil(WORKGROUP), (rows.end - rows.start).div_ceil(WORKGROUP), 1);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
         });
         self.wait()
     }
@@ -304,7 +290,18 @@ impl Gpu {
             while sample < samples.end {
                 let count = ((pace.work() / pixels) as u32).clamp(1, samples.end - sample);
                 let start = Instant::now();
-                self.dispatch(scene, job, rows.start, band.clone(), sample..sample + count)?;
+                let bounds = Dispatch {
+                    first: band.start,
+                    end: band.end,
+                    first_sample: sample,
+                    end_sample: sample + count,
+                    output_row: rows.start,
+                    threads: self.threads,
+                    list: 0,
+                    padding: 0,
+                };
+                let groups = [scene.size.x, band.end - band.start].map(|side| side.div_ceil(WORKGROUP));
+                self.dispatch(scene, job, bounds, groups)?;
                 pace.took(pixels * f64::from(count), start.elapsed().as_secs_f64());
                 sample += count;
                 if !keep_going(f64::from(count) * f64::from(band.end - band.start)) {
@@ -316,15 +313,19 @@ impl Gpu {
         Ok(true)
     }
 
-    // All that `job` writes about the window; `None` if `control` ended it.
+    // All that `job` writes about the window, or about these pixels; `None` if `control` ended it.
     fn run(
         &self,
         pace: &mut Pace,
         scene: &Scene,
         job: &Job,
+        pixels: Option<&[UVec2]>,
         samples: Range<u32>,
         control: &dyn Control,
     ) -> Result<Option<Vec<Vec4>>, BackendError> {
+        if let Some(pixels) = pixels {
+            return self.run_list(pace, (scene, job), pixels, samples, control);
+        }
         let row_vectors = u64::from(scene.size.x) * job.entry.vectors;
         let total = f64::from(samples.len() as u32) * f64::from(scene.size.y);
         let mut done = 0.0;
@@ -340,6 +341,62 @@ impl Gpu {
                 return Ok(None);
             }
             self.read(&job.output, bytes, &mut sums)?;
+        }
+        Ok(Some(sums))
+    }
+    fn run_list(
+        &self,
+        pace: &mut Pace,
+        (scene, job): (&Scene, &Job),
+        pixels: &[UVec2],
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Vec4>>, BackendError> {
+        const VECTOR: u64 = size_of::<Vec4>() as u64;
+        const GROUP: u32 = WORKGROUP * WORKGROUP;
+        let total = f64::from(samples.len() as u32) * pixels.len() as f64;
+        let mut done = 0.0;
+        let mut sums = Vec::with_capacity(pixels.len() * job.entry.vectors as usize);
+        // Behind what is written of each lies the list, half a vector each.
+        let room = 2 * (job.output.sums.size() / VECTOR) / (2 * job.entry.vectors + 1);
+        for pixels in pixels.chunks((room as usize).max(1)) {
+            let length = pixels.len() as u32;
+            let written = u64::from(length) * job.entry.vectors;
+            let list: Vec<[f32; 2]> = pixels.iter().map(|pixel| pixel.as_vec2().to_array()).collect();
+            self.submit(|encoder| encoder.clear_buffer(&job.output.sums, 0, Some(written * VECTOR)));
+            self.queue.write_buffer(&job.output.sums, written * VECTOR, bytemuck::cast_slice(&list));
+            let mut first = 0;
+            while first < length {
+                let wanted = (pace.work() / f64::from(samples.len() as u32)) as u32 / GROUP * GROUP;
+                let end = first.saturating_add(wanted.max(GROUP)).min(length);
+                let groups = (end - first).div_ceil(GROUP);
+                let columns = groups.min(self.adapter.max_workgroups());
+                let mut sample = samples.start;
+                while sample < samples.end {
+                    let count = ((pace.work() / f64::from(end - first)) as u32).clamp(1, samples.end - sample);
+                    let start = Instant::now();
+                    let bounds = Dispatch {
+                        first,
+                        end,
+                        first_sample: sample,
+                        end_sample: sample + count,
+                        output_row: 0,
+                        threads: self.threads,
+                        list: written as u32,
+                        padding: 0,
+                    };
+                    self.dispatch(scene, job, bounds, [columns, groups.div_ceil(columns)])?;
+                    let work = f64::from(end - first) * f64::from(count);
+                    pace.took(work, start.elapsed().as_secs_f64());
+                    sample += count;
+                    done += work;
+                    if !control.keep_going(done / total) {
+                        return Ok(None);
+                    }
+                }
+                first = end;
+            }
+            self.read(&job.output, written * VECTOR, &mut sums)?;
         }
         Ok(Some(sums))
     }
@@ -368,15 +425,25 @@ impl Backend for Gpu {
         Ok(())
     }
 
-    fn trace(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Vec4>>, BackendError> {
+    fn trace(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Vec4>>, BackendError> {
         let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
         let mut pace = self.pace;
-        let sums = self.run(&mut pace, scene, &scene.render, samples, control);
+        let sums = self.run(&mut pace, scene, &scene.render, pixels, samples, control);
         self.pace = pace;
         sums
     }
 
-    fn survey(&mut self, samples: Range<u32>, control: &dyn Control) -> Result<Option<Vec<Survey>>, BackendError> {
+    fn survey(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Survey>>, BackendError> {
         let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
         if scene.survey.is_none() {
             let (size, features) = (scene.size, scene.features);
@@ -386,7 +453,7 @@ impl Backend for Gpu {
         }
         let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
         let job = scene.survey.as_ref().ok_or(BackendError::Nothing)?;
-        let sums = self.run(&mut Pace::default(), scene, job, samples, control)?;
+        let sums = self.run(&mut Pace::default(), scene, job, pixels, samples, control)?;
         Ok(sums.map(|sums| sums.as_chunks::<3>().0.to_vec()))
     }
 }
