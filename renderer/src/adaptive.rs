@@ -181,7 +181,8 @@ impl Adaptive {
         self.counts = (0..height).into_par_iter().flat_map_iter(|y| self.row(y)).collect();
         self.wanted = self.counts.iter().map(|count| f64::from(*count)).sum();
         self.pilots = Vec::new();
-        let tiles = (0..height).step_by(TILE as usize).flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| (x, y)));
+        let tiles =
+            (0..height).step_by(TILE as usize).flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| (x, y)));
         let pixels = tiles.flat_map(|(x, y)| {
             let (right, bottom) = ((x + TILE).min(width), (y + TILE).min(height));
             (y..bottom).flat_map(move |y| (x..right).map(move |x| y * width + x))
@@ -225,9 +226,9 @@ impl Adaptive {
             let together = (near.pixels * near.relative() + far.relative()) / (near.pixels + 1.0);
             // A mean near 0 says as little as the few samples behind it.
             let least = 0.1 * near.mean().powi(2);
-            let each = others(NEAR).filter(|pilot| pilot.scatters == kind).map(|pilot| {
-                ratio(self.variance(pilot), f64::from(pilot.mean).powi(2) + least)
-            });
+            let each = others(NEAR)
+                .filter(|pilot| pilot.scatters == kind)
+                .map(|pilot| ratio(self.variance(pilot), f64::from(pilot.mean).powi(2) + least));
             let each = ratio(each.sum::<f64>(), near.pixels);
             self.samples_for(together.max(each))
         };
