@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kinora_renderer::Choice;
-use kinora_scene::{Image, Mis, Sky, SkyLight, Texels, World};
+use kinora_scene::{Image, Mis, Projection, Sky, SkyLight, Texels, World};
 use kinora_tests::measure::{Estimate, Kernel, Report};
 use kinora_tests::world;
 
@@ -206,7 +206,9 @@ fn many_lights_by_a_tree() {
         }
         let mut case = case(&format!("60 points, scale {scale}"), &lamps, truth, &[Mis::Nee, Mis::BSDF]);
         // A few micrometres: the smallest lamps are as near as a millimetre.
-        case.world.view.fov *= 3e-3;
+        if let Projection::Perspective { fov } = &mut case.world.view.projection {
+            *fov *= 3e-3;
+        }
         cases.push(case);
     }
     // A square of 1 m² 1 m above, in 20 000 triangles: one light as before.
