@@ -491,14 +491,16 @@ fn transparent(renderer: &mut Renderer) {
 fn adaptive(renderer: &mut Renderer) {
     let mut w = world([40, 40], 200, view(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 1.0, 0.0), 0.8));
     w.sky = white_sky();
-    w.render.adaptive = 0.01;
+    w.render.adaptive = 0.006;
     add(&mut w, quad(DVec3::Y, 1e3, 1e3), DAffine3::IDENTITY, diffuse(0.5, 0.0));
-    add(&mut w, Shape::Sphere { radius_m: 0.3 }, at(1.0, 3.0, 0.0), emitter(Emission::Radiance(30.0)));
+    add(&mut w, Shape::Sphere { radius_m: 0.3 }, at(1.0, 3.2, 0.0), emitter(Emission::Radiance(30.0)));
     let film = renderer.render(&w, &()).expect("renders");
     let taken: Vec<u32> = (0..1600).map(|i| film.samples_of(i)).collect();
     // The horizon is in the middle.
     assert!(taken[..40 * 18].iter().all(|taken| *taken == 16), "a sky takes no more than `min_samples`");
-    assert!(taken[40 * 30..].iter().all(|taken| *taken > 16), "a floor does");
+    let floor = &taken[40 * 24..];
+    let more = floor.iter().filter(|taken| **taken > 16).count();
+    assert!(3 * more > 2 * floor.len(), "most of a floor does: {more} of {} pixels", floor.len());
     assert_eq!(film.mean_samples(), taken.iter().map(|taken| f64::from(*taken)).sum::<f64>() / 1600.0);
     // A part has the pixels of the whole, whatever the passes are, and a pixel those of as many samples everywhere.
     let window = Window { left: 3, top: 15, width: 9, height: 20 };
