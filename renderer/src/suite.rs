@@ -447,7 +447,7 @@ fn fisheye_circle(renderer: &mut Renderer) {
 // are, the light is the same.
 fn lens_shapes(renderer: &mut Renderer) {
     const SIDE: usize = 48;
-    let (focus_m, radius_m) = (2.0_f64, 0.2);
+    let (focus_m, radius_m) = (2.0_f64, 0.05);
     let mut sums = Vec::new();
     for (count, rotation, distance_m) in [(0, 0.0, 4.0), (6, 0.0, 4.0), (5, 0.4, 4.0), (3, 0.25, 4.0), (5, 0.4, 1.0)] {
         let case = format!("{count} blades turned by {rotation}, a light at {distance_m} m");
