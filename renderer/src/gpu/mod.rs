@@ -217,7 +217,9 @@ impl Gpu {
         let rows = size.y.min((bands as u32).saturating_mul(WORKGROUP));
         let bytes = u64::from(rows) * row_bytes;
         use wgpu::BufferUsages as Usage;
-        let sums = self.buffer("sums", bytes, Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST);
+        // A list of one pixel lies behind what is written of it.
+        let room = bytes.max(pixel_bytes + size_of::<Vec4>() as u64);
+        let sums = self.buffer("sums", room, Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST);
         let read_back = self.buffer("read back", bytes, Usage::MAP_READ | Usage::COPY_DST);
         let usage = self.kernel.constants_usage() | Usage::COPY_DST;
         let dispatch = self.buffer("dispatch", size_of::<Dispatch>() as u64, usage);
