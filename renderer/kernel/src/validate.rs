@@ -6,9 +6,9 @@ use std::fmt;
 use crate::albedo;
 use crate::generated::{
     FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_LIGHT_TREE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_SKY_MAP,
-    FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE,
-    Material, NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TREE_CHILD,
-    TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX,
+    MESH_SIZE, Material, NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
+    TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -79,7 +79,12 @@ impl Packed {
             let near = i < self.params.light_count as usize || self.params.distant_count == 0;
             let kinds = if near { LIGHT_SUN } else { LIGHT_SKY + 1 };
             At("lights", i).below("the kind", light.kind.x.into(), kinds as usize)?;
-            At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?;
+            match light.kind.x {
+                LIGHT_TRIANGLE if light.kind.z != 0 => {
+                    At("lights", i).range("what its vertices have", light.kind.z, MESH_SIZE, self.words.len())?;
+                }
+                _ => At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?,
+            }
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
         self.validate_sky()?;
@@ -111,12 +116,16 @@ impl Packed {
         at.below("the number of projections", projections.count_ones().into(), 2)?;
         if params.features & FEATURE_BLADES != 0 {
             let corners = params.camera_x.w;
-            at.below("a lens without corners", u64::from(!(corners >= 3.0 && corners.fract() == 0.0)), 1)?;
-            at.below("a lens's first corner, beyond a turn", u64::from(!(params.camera_y.w.abs() <= 1.0)), 1)?;
+            at.below(
+                "a lens without corners",
+                u64::from(!(3.0..=65_535.0).contains(&corners) || corners.fract() != 0.0),
+                1,
+            )?;
+            at.below("a lens's first corner, beyond a turn", u64::from(!(0.0..=1.0).contains(&params.camera_y.w)), 1)?;
         }
         if params.features & FEATURE_FISHEYE != 0 {
             let edge = params.camera_z.w;
-            at.below("a fisheye's edge, which is no angle", u64::from(!(edge > 0.0 && edge <= 0.5)), 1)?;
+            at.below("a fisheye's edge, which is no angle", u64::from(!(f32::MIN_POSITIVE..=0.5).contains(&edge)), 1)?;
         }
         Ok(())
     }
