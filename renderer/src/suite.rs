@@ -79,6 +79,8 @@ pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
         shutter: Clock::default().shutter_of(0),
         view,
         instances: Vec::new(),
+        copies: Vec::new(),
+        parts: Vec::new(),
         materials: Vec::new(),
         sky: None,
         lights: Vec::new(),
