@@ -96,9 +96,10 @@ impl Collected<'_> {
             if copies.of >= self.scene.nodes.len() {
                 return Err(read.error("of", Fault::Dangling));
             }
-            let places = copies.at.iter().map(|at| {
-                place * DAffine3::from_scale_rotation_translation(at.scale, at.rotation, at.position)
-            });
+            let places = copies
+                .at
+                .iter()
+                .map(|at| place * DAffine3::from_scale_rotation_translation(at.scale, at.rotation, at.position));
             let found = self.roots.iter().position(|root| *root == copies.of);
             let part_index = found.unwrap_or_else(|| {
                 self.roots.push(copies.of);

@@ -134,7 +134,8 @@ impl<'a> Lower<'_, 'a> {
         };
         let copies = self.copies(id, node, index);
         // Where there are many, each has its place.
-        let placing = if copies.as_ref().is_some_and(|copies| copies.at.len() > 1) { Placing::default() } else { placing };
+        let placing =
+            if copies.as_ref().is_some_and(|copies| copies.at.len() > 1) { Placing::default() } else { placing };
         let only_copied = self.found.only_copied.contains(&id);
         Node { name: self.name(id), parent, placing, shape, material, visible, copies, only_copied }
     }

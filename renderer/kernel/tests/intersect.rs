@@ -83,7 +83,7 @@ fn with_each_isa(packed: &Packed, mut f: impl FnMut(&Kernel<'_>)) {
 }
 
 fn by_brute_force(k: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
-    let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
+    let mut best = Hit { t: t_max, id: NONE, instance: NONE, ..Hit::default() };
     for id in 0..k.params.primitive_count {
         let hit = k.hit_primitive(id, k.probe_along(o, d), best.t, start);
         if hit.id != NONE {

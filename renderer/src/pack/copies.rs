@@ -202,6 +202,7 @@ fn part_of(
     let mut bounds = geometry.bounds.split_off(first);
     super::geometry::pad(&mut bounds);
     let tree = build(&mut primitives, &bounds, &geometry.shapes);
-    let whole = bounds.into_iter().reduce(Bounds::join).unwrap_or(Bounds { low: Default::default(), high: Default::default() });
+    let whole =
+        bounds.into_iter().reduce(Bounds::join).unwrap_or(Bounds { low: Default::default(), high: Default::default() });
     Ok((tree, primitives, whole))
 }

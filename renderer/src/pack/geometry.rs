@@ -279,9 +279,8 @@ impl Geometry {
 
 /// Widens boxes so that no ray slips between two of them.
 pub fn pad(bounds: &mut [Bounds]) {
-    let reach = bounds
-        .iter()
-        .fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
+    let reach =
+        bounds.iter().fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
     for b in bounds {
         *b = b.padded(reach);
     }

@@ -21,9 +21,9 @@ use std::f64::consts::TAU;
 use glam::{DVec3, UVec4, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{
-    EMITTER_BEAM, FEATURE_BEAM, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT, FEATURE_LIGHT_TREE, FEATURE_MATERIAL,
-    FEATURE_INSTANCE, FEATURE_OTHER, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE, OTHER_INSTANCE, PRIMITIVE_KIND,
-    PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
+    EMITTER_BEAM, FEATURE_BEAM, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT, FEATURE_INSTANCE, FEATURE_LIGHT_TREE,
+    FEATURE_MATERIAL, FEATURE_OTHER, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE,
+    OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
 };
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::build;
@@ -142,8 +142,11 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let mut geometry = Geometry { materials: records, reads, textures, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
     let again = copies::unfold(world)?;
-    let (planes, others): (Vec<_>, Vec<_>) =
-        world.instances.iter().chain(&again.instances).partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
+    let (planes, others): (Vec<_>, Vec<_>) = world
+        .instances
+        .iter()
+        .chain(&again.instances)
+        .partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
     let plane_count = planes.len() as u32;
     for instance in planes.into_iter().chain(others) {
         geometry.add(instance, world)?;

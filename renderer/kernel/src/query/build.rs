@@ -9,11 +9,12 @@ use rayon::prelude::*;
 
 use super::lanes::{Row, WIDTH};
 use super::tree::{
-    FEW, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Node, Tree,
+    FEW, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf,
+    Node, Tree,
 };
 use crate::generated::{
-    NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_INSTANCE, OTHER_TUBE, PRIMITIVE_KIND,
-    PRIMITIVE_OTHER, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape,
+    NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_INSTANCE, OTHER_TUBE,
+    PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape,
 };
 
 /// The box of a primitive.
@@ -56,7 +57,8 @@ impl Bounds {
     /// The box around this one after an affine map, not widened; `rows` are those of the map.
     #[must_use]
     pub fn placed(self, rows: [DVec4; 3]) -> Self {
-        let (middle, half) = (self.low.as_dvec3().midpoint(self.high.as_dvec3()), (self.high - self.low).as_dvec3() * 0.5);
+        let (middle, half) =
+            (self.low.as_dvec3().midpoint(self.high.as_dvec3()), (self.high - self.low).as_dvec3() * 0.5);
         let ends = rows.map(|row| {
             let (at, reach) = (row.truncate().dot(middle) + row.w, row.truncate().abs().dot(half));
             (at - reach, at + reach)

@@ -7,7 +7,9 @@ use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 
 use super::build::Bounds;
-use crate::generated::{BVH_STACK, OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_SPHERE, Primitive, Shape};
+use crate::generated::{
+    BVH_STACK, OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_SPHERE, Primitive, Shape,
+};
 use crate::packed::{Packed, TooDeep};
 
 /// A compressed tree with its primitives.
@@ -38,7 +40,8 @@ impl Packed {
         let Some(primitives) = self.primitives.get(..count).filter(|primitives| !primitives.is_empty()) else {
             return Ok(Compressed { bvh: CwBvh::default(), primitives: self.primitives.clone() });
         };
-        let mut compressed = Compressed { bvh: CwBvh::default(), primitives: Vec::with_capacity(self.primitives.len()) };
+        let mut compressed =
+            Compressed { bvh: CwBvh::default(), primitives: Vec::with_capacity(self.primitives.len()) };
         // First the scene's own tree, whose root is node 0; instances learn where their parts' trees begin.
         let boxes: Vec<Bounds> = self
             .tree
