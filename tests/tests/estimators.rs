@@ -58,6 +58,20 @@ const SCENES: &[(&str, &str)] = &[
         sphere { position: (0.7, 0.7, 0), radius: 0.3, scale: (1, 1.5, 0.7), material: mix(emitter { color: linear(1, 4, 2) }, metal { roughness: 0.7 }, amount: 0.6) }
         sphere { position: (0, 0.4, 0.2), radius: 0.3, material: diffuse { opacity: 0.6 } }",
     ),
+    (
+        "lamps of every shape, with pictures",
+        "camera { position: (0, 1.5, 4), look_at: (0, 0.5, 0), fov: 35deg }
+        plane { material: diffuse { color: grey(0.6) } }
+        let squares = checker(linear(6, 1, 2), linear(0.2, 3, 0), scale: 3)
+        sphere { position: (-0.8, 0.3, 0), radius: 0.3, material: emitter { color: squares } }
+        sphere { position: (-0.8, 1, 0), radius: 0.2, scale: (1, 2, 1), material: emitter { color: squares } }
+        torus { position: (0, 0.3, 0), radius: 0.3, tube: 0.1, material: emitter { color: squares, two_sided: true } }
+        cylinder { position: (0.8, 0.4, 0), radius: 0.2, height: 0.7, material: mix(emitter { color: squares }, diffuse { color: grey(0.5) }, amount: checker(0, 1, scale: 5)) }
+        disk { position: (0, 1.2, -0.3), normal: (0, -0.3, 1), radius: 0.4, material: glossy { base: emitter { color: squares, two_sided: true }, roughness: checker(0.2, 0.7, scale: 2) } }
+        cone { position: (0.8, 1.1, 0), radius: 0.2, height: 0.4, material: emitter { color: squares, opacity: checker(1, 0.3, scale: 4) } }
+        group { scale: (1, 1, 2), rotation: rotate_y(40deg)
+            quad { position: (1, 0.4, 0.6), normal: (1, 0, 1), size: (0.4, 0.4), material: emitter { color: squares, two_sided: true } } }",
+    ),
 ];
 
 #[test]

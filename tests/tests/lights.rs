@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec2, Vec4};
 use kinora_renderer::Choice;
-use kinora_scene::{Image, Mis, Sky, SkyLight, Texels, World};
+use kinora_scene::{
+    Bsdf, Color, DiffuseModel, Image, Map, Material, Mis, Paint, Sky, SkyLight, Slot, Texels, Texture, UvSet, World,
+};
 use kinora_tests::measure::{Estimate, Kernel, Report};
 use kinora_tests::world;
 
@@ -131,6 +133,76 @@ fn suns_and_lamps() {
     cases.push(case("the middle of a spot", &spot("blend: 0.1"), axial, &[Mis::Nee]));
     let ball = spot("blend: 0.6, radius: 1cm");
     cases.push(case("the edge of a ball that is a spot", &ball, axial * soft, &[Mis::Nee, Mis::LIGHT]));
+    check(cases);
+}
+
+/// E under a corner of a parallel rectangle of radiance 1, a and b in heights.
+fn under_corner(a: f64, b: f64) -> f64 {
+    let part = |x: f64, y: f64| x / x.hypot(1.0) * (y / x.hypot(1.0)).atan();
+    0.5 * (part(a, b) + part(b, a))
+}
+
+#[test]
+fn lamps_with_pictures() {
+    let half = "checker(linear(3, 3, 3), linear(0, 0, 0), scale: (2, 1))";
+    // 2 m above, from x = 0 to 2, of which the nearer half shines.
+    let truth = 3.0 * 2.0 * under_corner(0.5, 0.5);
+    let quad = |material: &str| {
+        format!("quad {{ position: (1, 2, 0), normal: (0, -1, 0), size: (2, 2), material: {material} }}")
+    };
+    let mesh = format!(
+        "mesh {{ positions: [(0, 2, -1), (2, 2, -1), (2, 2, 1), (0, 2, 1)], indices: [0, 1, 2, 0, 2, 3],
+        uvs: [(0, 0), (1, 0), (1, 1), (0, 1)], material: emitter {{ color: {half} }} }}"
+    );
+    // One metre square above, of which every second square shines.
+    let share = "checker(1, 0, scale: (2, 1))";
+    let mut cases = vec![
+        case("half a quad", &quad(&format!("emitter {{ color: {half} }}")), truth, &ALL),
+        case("half a mesh", &mesh, truth, &ALL),
+        case(
+            "two quarters",
+            &format!(
+                "quad {{ position: (0, 2, 0), normal: (0, -1, 0), size: (2, 2), material: emitter {{ color: {}, power: {}W }} }}",
+                "checker(linear(1, 1, 1), linear(0, 0, 0), scale: 2)",
+                4.0 * PI
+            ),
+            2.0 * under_corner(0.5, 0.5),
+            &ALL,
+        ),
+        case(
+            "half of it mixed in",
+            &quad(&format!("mix(diffuse {{ color: #000 }}, emitter {{ radiance: 3W/m^2/sr }}, amount: {})", share)),
+            truth,
+            &ALL,
+        ),
+        case(
+            "half of it cut out",
+            &quad(&format!("emitter {{ radiance: 3W/m^2/sr, opacity: {} }}", share)),
+            truth,
+            &ALL,
+        ),
+        case(
+            "under a coat that is cut out",
+            &quad(&format!("glossy {{ base: emitter {{ color: {half} }}, ior: 1, opacity: 0.5 }}")),
+            0.5 * truth,
+            &[Mis::Nee, Mis::OneSample(0.4), Mis::LIGHT],
+        ),
+    ];
+    let mut glowing = case("what glows besides", &quad("emitter { radiance: 2W/m^2/sr }"), truth, &ALL);
+    let checker = Texture::Checker {
+        a: Paint::Color(Vec4::ONE),
+        b: Paint::Color(Vec4::ZERO),
+        scale: Vec2::new(2.0, 1.0),
+        uv_set: UvSet::First,
+    };
+    for material in &mut glowing.world.materials {
+        if matches!(material.bsdf, Bsdf::Emitter { .. }) {
+            let black = Bsdf::Diffuse { color: Color::ZERO, roughness: 0.0, model: DiffuseModel::Eon };
+            let map = Map { slot: Slot::Emission, texture: Arc::new(checker.clone()) };
+            *material = Material { emission: Color::splat(3.0), maps: vec![map], ..black.into() };
+        }
+    }
+    cases.push(glowing);
     check(cases);
 }
 

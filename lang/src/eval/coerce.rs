@@ -226,10 +226,6 @@ impl<'a> Machine<'a> {
             self.report(diagnostic);
             return None;
         }
-        if site.kind.name == "emitter" && property.name == "color" {
-            self.later("a texture as `color` of `emitter`", span);
-            return None;
-        }
         if !property.varies {
             let able: Vec<&str> =
                 site.kind.all().filter(|p| p.varies && p.ty != Type::NormalMap).map(|p| p.name).collect();

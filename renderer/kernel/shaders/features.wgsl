@@ -44,7 +44,10 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
             go_through(&path, s);
             continue;
         }
-        let emitted = light_eval(s.shape, -dot(s.ng, path.d), -path.d);
+        var emitted = light_eval(s.shape, -dot(s.ng, path.d), -path.d);
+        if (params.features & FEATURE_GLOW) != 0u {
+            emitted += glow_met(s, -dot(s.ng, path.d));
+        }
         seen.albedo = min(bsdf_colour(b) + emitted, vec3<f32>(1.0));
         seen.cover = 1.0;
         seen.normal = v.frame.z;

@@ -476,7 +476,95 @@ fn light_emission(s: LightSample, d: vec3<f32>, distance: f32) -> vec3<f32> {
             return light.edge_u.xyz * (share / (distance * distance));
         }
     }
-    return light_eval(s.shape, -dot(s.n, d), -d) * light_cover(s.shape);
+    let emitted = light_eval(s.shape, -dot(s.n, d), -d) * light_cover(s.shape);
+    if (params.features & FEATURE_GLOW) != 0u {
+        return emitted + glow_eval(light_surface(s), -dot(s.n, d));
+    }
+    return emitted;
+}
+
+// The surface at a sample, as far as textures must know it.
+fn light_surface(s: LightSample) -> Surface {
+    let light = lights[s.light];
+    var at: Surface;
+    at.p = s.p;
+    at.ng = s.n;
+    at.ns = s.n;
+    at.shape = s.shape;
+    at.primitive = s.light - shapes[s.shape].index.y;
+    switch light.kind.x {
+        case LIGHT_SPHERE, LIGHT_ELLIPSOID: {
+            at.uv = sphere_uv(normalize(object_point(s.shape, s.p)));
+        }
+        case LIGHT_OTHER: {
+            if (params.features & FEATURE_OTHER) != 0u {
+                let q = object_point(s.shape, s.p);
+                let part = other_part(light.kind.z, q);
+                let size = light.edge_u.y;
+                at.uv = other_uv(light.kind.z, size, other_point(light.kind.z, size, q, part).p, part);
+            }
+        }
+        default: {
+            // Its coordinates along the edges.
+            let n = cross(light.edge_u.xyz, light.edge_v.xyz);
+            let d = s.p - light.origin.xyz;
+            let place = vec2<f32>(dot(cross(d, light.edge_v.xyz), n), dot(cross(light.edge_u.xyz, d), n)) / dot(n, n);
+            at.at = place;
+            at.uv = place;
+            if light.kind.x != LIGHT_TRIANGLE {
+                at.uv = select(place, place.yx, light.kind.z != 0u);
+            } else if light.kind.z != 0u {
+                at.mesh = light.kind.z;
+                let uvs = words[at.mesh + MESH_UVS];
+                if uvs != 0u {
+                    at.uv = mesh_pair(uvs, mesh_corners(at.mesh, at.primitive), place);
+                }
+            }
+        }
+    }
+    return at;
+}
+
+/// Radiance that `s` sends at the cosine `c` with its outward normal, from emitters whose light varies over the surface;
+/// cut-outs count as black.
+fn glow_eval(s: Surface, c: f32) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var m = shapes[s.shape].index.z; m != NONE; m = materials[m].kind.w) {
+        let kind = materials[m].kind;
+        if (kind.y & EMITTER_GLOW) == 0u || (c <= 0.0 && (kind.y & EMITTER_TWO_SIDED) == 0u) {
+            continue;
+        }
+        var radiance = materials[m].color.xyz;
+        let list = maps_of(m, MAPS_LIST);
+        if list != 0u {
+            for (var i = 0u; i < words[list]; i++) {
+                radiance *= max(texture_value(words[list + 2u + 2u * i], s).xyz, vec3<f32>(0.0));
+            }
+        }
+        let share = maps_of(m, MAPS_OPACITY);
+        if share != 0u {
+            radiance *= terms_value(share, s);
+        }
+        if has_material(MATERIAL_GLOSSY) {
+            var coat = kind.z;
+            for (var i = 0u; i < MAX_DEPTH && coat != NONE; i++) {
+                let lobe = material_on(coat, s).lobe;
+                radiance *= 1.0 - coat_albedo(lobe.x, lobe.z, lobe.y, abs(c));
+                coat = materials[coat].kind.w;
+            }
+        }
+        sum += radiance;
+    }
+    return sum;
+}
+
+/// The same of a point that a ray met: what cut-outs let through did not get there.
+fn glow_met(s: Surface, c: f32) -> vec3<f32> {
+    let emitted = glow_eval(s, c);
+    if (params.features & FEATURE_CUTOUT) == 0u {
+        return emitted;
+    }
+    return emitted / max(opacity_on(shapes[s.shape].index.x, s), 1e-6);
 }
 
 /// The pdf with which `light_sample` from `eye`, `n` draws the surface `s`; 0 if it is no light.
@@ -529,7 +617,7 @@ fn light_pdf(s: Surface, eye: vec3<f32>, n: vec3<f32>) -> f32 {
     }
 }
 
-/// Radiance that shape `shape` sends in the direction `d`, whose cosine with its outward normal is `c`.
+/// Radiance, the same all over the surface, that shape `shape` sends in the direction `d`, whose cosine with its outward normal is `c`.
 fn light_eval(shape: u32, c: f32, d: vec3<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     for (var m = shapes[shape].index.z; m != NONE; m = materials[m].kind.w) {
@@ -537,10 +625,17 @@ fn light_eval(shape: u32, c: f32, d: vec3<f32>) -> vec3<f32> {
         if c <= 0.0 && (kind.y & EMITTER_TWO_SIDED) == 0u {
             continue;
         }
+        if (params.features & FEATURE_GLOW) != 0u && (kind.y & EMITTER_GLOW) != 0u {
+            continue;
+        }
         var radiance = materials[m].color.xyz;
-        if has_material(MATERIAL_GLOSSY) && kind.z != NONE {
-            let coat = materials[kind.z].lobe;
-            radiance *= 1.0 - coat_albedo(coat.x, coat.z, coat.y, abs(c));
+        if has_material(MATERIAL_GLOSSY) {
+            var coat = kind.z;
+            for (var i = 0u; i < MAX_DEPTH && coat != NONE; i++) {
+                let lobe = materials[coat].lobe;
+                radiance *= 1.0 - coat_albedo(lobe.x, lobe.z, lobe.y, abs(c));
+                coat = materials[coat].kind.w;
+            }
         }
         if (params.features & FEATURE_BEAM) != 0u && (kind.y & EMITTER_BEAM) != 0u {
             radiance *= beam_share(d, materials[m].extra.xyz, materials[m].lobe.xy);

@@ -210,7 +210,10 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
 
     // Add what it emits; what sampling a light could have found counts in part.
     if shapes[s.shape].index.z != NONE {
-        let emitted = light_eval(s.shape, -dot(s.ng, (*path).d), -(*path).d);
+        var emitted = light_eval(s.shape, -dot(s.ng, (*path).d), -(*path).d);
+        if (params.features & FEATURE_GLOW) != 0u {
+            emitted += glow_met(s, -dot(s.ng, (*path).d));
+        }
         let weight = bsdf_weight((*path).pdf, light_pdf(s, (*path).vertex, (*path).facing), (*path).lit);
         (*path).light += limited((*path).beta * weight) * emitted;
     }

@@ -33,6 +33,8 @@ const DIELECTRIC_THIN: u32 = 4u;
 const EMITTER_TWO_SIDED: u32 = 16u;
 /// Shines in a cone.
 const EMITTER_BEAM: u32 = 32u;
+/// Varies over the surface: see `glow_eval`.
+const EMITTER_GLOW: u32 = 64u;
 /// A random number decides between its parts.
 const CHOICE: u32 = 8u;
 
@@ -50,6 +52,8 @@ const FEATURE_DELTA: u32 = 0x00400000u;
 const FEATURE_LIGHT_TREE: u32 = 0x00800000u;
 /// Emitters that shine in a cone.
 const FEATURE_BEAM: u32 = 0x01000000u;
+/// Emitters whose light varies over their surface.
+const FEATURE_GLOW: u32 = 0x08000000u;
 /// A shape of shapes.wgsl.
 const FEATURE_OTHER: u32 = 2u;
 /// Copies of parts: OTHER_INSTANCE.
@@ -172,7 +176,7 @@ struct Material {
     /// share of the second.
     lobe: vec4<f32>,
     /// MATERIAL_…, flags, then: dielectric: priority (a signed number); glossy: the material beneath, the metal mixed
-    /// in; mix: the two; emitter: the coat over it or NONE, the shape's next emitter or NONE.
+    /// in (of one that is an emitter's: the next coat over it) or NONE; mix: the two; emitter: the nearest coat over it or NONE, the shape's next emitter or NONE.
     kind: vec4<u32>,
 }
 
@@ -189,7 +193,8 @@ struct Light {
     /// Of a flat light: its outward unit normal; w: 1 / area in m²; spot: x: 1 - cos of the half angle within which it is
     /// brightest.
     normal: vec4<f32>,
-    /// LIGHT_…, shape, OTHER_…, way down the tree of lights (from the lowest bit, 1 for the second child).
+    /// LIGHT_…, shape, OTHER_… (of a triangle: where what its mesh's vertices have is among `words`, or 0; of another flat
+    /// light, 1 if u grows along the last edge instead of the first), way down the tree of lights (from the lowest bit, 1 for the second child).
     kind: vec4<u32>,
 }
 

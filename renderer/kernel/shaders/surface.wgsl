@@ -101,6 +101,11 @@ fn place_on_mesh(s: ptr<function, Surface>, ab: vec3<f32>, ac: vec3<f32>) {
     }
 }
 
+// (u, v) of a point of the unit sphere.
+fn sphere_uv(p: vec3<f32>) -> vec2<f32> {
+    return vec2<f32>(0.5 + turn_of(p.z, p.x), 0.5 + 2.0 * turn_of(length(p.xz), p.y));
+}
+
 fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let shape = primitives[hit.id].shade.w & ~PRIMITIVE_KIND;
     let p = normalize(object_point(shape, o) + hit.t * object_vector(shape, d));
@@ -111,7 +116,7 @@ fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     var uv = vec2<f32>(0.0);
     var side = 1.0;
     if has_textures() {
-        uv = vec2<f32>(0.5 + turn_of(p.z, p.x), 0.5 + 2.0 * turn_of(length(p.xz), p.y));
+        uv = sphere_uv(p);
         side = handedness(shape, n, along_u, vec3<f32>(-p.x * p.y, 1.0 - p.y * p.y, -p.z * p.y));
     }
     return Surface(world_point(shape, p), n, n, along_u, shape_reach(shape, 1.0), shape, 0u, uv, side, 0u, uv);

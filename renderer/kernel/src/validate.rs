@@ -5,9 +5,9 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, MAPS_SIZE, MATERIAL_EMITTER,
-    MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS, PRIMITIVE_KIND,
-    PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_SIZE,
+    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS,
+    PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -78,7 +78,12 @@ impl Packed {
             let near = i < self.params.light_count as usize || self.params.distant_count == 0;
             let kinds = if near { LIGHT_SUN } else { LIGHT_SKY + 1 };
             At("lights", i).below("the kind", light.kind.x.into(), kinds as usize)?;
-            At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?;
+            match light.kind.x {
+                LIGHT_TRIANGLE if light.kind.z != 0 => {
+                    At("lights", i).range("what its vertices have", light.kind.z, MESH_SIZE, self.words.len())?;
+                }
+                _ => At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?,
+            }
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
         self.validate_sky()?;

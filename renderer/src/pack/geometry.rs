@@ -27,6 +27,8 @@ pub struct Geometry {
     pub materials: Vec<PackedMaterial>,
     /// What each of the world's materials reads of a mesh's vertices.
     pub reads: Vec<Reads>,
+    /// Whether each of them shines.
+    pub shines: Vec<bool>,
     /// Textures, and what meshes have for them.
     pub textures: Textures,
     /// Of the lamps that are spheres.
@@ -124,8 +126,8 @@ impl Geometry {
                 *self.lamp_material.insert(self.materials.len() as u32 - 1)
             }
         };
-        let emitter = Emitter { radiance, two_sided: false, coats: Vec::new() };
-        let first_emitter = add_emitters(&mut self.materials, &[emitter]);
+        let emitter = Emitter { radiance, two_sided: false, coats: Vec::new(), glow: None };
+        let first_emitter = add_emitters(&mut self.materials, &mut self.textures, &[emitter])?;
         if let (Some((axis, [outer, inner])), Some(record)) =
             (lights::cone(&lamp.light.kind), self.materials.get_mut(first_emitter as usize))
         {
@@ -162,8 +164,11 @@ impl Geometry {
         record: &mut PackedShape,
     ) -> Result<Option<Shining>, PackError> {
         let area = || area_m2(&instance.shape, instance.world_from_object);
-        let found = emitters(&world.materials, instance.material, &self.materials, area)?;
-        record.index.z = add_emitters(&mut self.materials, &found);
+        let found = match self.shines.get(instance.material) {
+            Some(true) => emitters(&world.materials, instance.material, &self.materials, &mut self.textures, area)?,
+            _ => Vec::new(),
+        };
+        record.index.z = add_emitters(&mut self.materials, &mut self.textures, &found)?;
         let cover = self.materials.get(instance.material).map_or(0.0, |m| f64::from(m.more.w));
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
         let power_per_m2 = found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum();
@@ -229,7 +234,9 @@ impl Geometry {
             let area = u.cross(v).length();
             let square = u.dot(v).abs() <= 1e-7 * u.length() * v.length();
             let kind = if square { LIGHT_RECTANGLE } else { LIGHT_PARALLELOGRAM };
-            self.lights.push(lights::flat(kind, shape, origin, [u, v], area, area * power_per_m2, two_sided));
+            let mut light = lights::flat(kind, shape, origin, [u, v], area, area * power_per_m2, two_sided);
+            light.packed.kind.z = u32::from(mirrored);
+            self.lights.push(light);
         }
     }
 
@@ -272,7 +279,9 @@ impl Geometry {
             let [a, b, c] = indices(triangle).map(|v| positions[v]);
             let area = 0.5 * (b - a).cross(c - a).length();
             let power = area * power_per_m2;
-            self.lights.push(lights::flat(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, power, two_sided));
+            let mut light = lights::flat(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, power, two_sided);
+            light.packed.kind.z = vertices;
+            self.lights.push(light);
         }
     }
 }

@@ -5,27 +5,39 @@ use std::collections::BTreeMap;
 
 use glam::{IVec4, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
-    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_TWO_SIDED, MAPS_FLAGS,
-    MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE,
+    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_GLOW, EMITTER_TWO_SIDED,
+    MAPS_FLAGS, MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE,
     MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM, MIRROR_ALPHA, NONE,
     SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS, SLOT_ROUGHNESS,
 };
 use kinora_kernel::{Material as Packed, Packed as Scene, albedo};
 use kinora_scene::{Bsdf, DiffuseModel, Emission, Map, Material, Reflectance, Slot, Still};
 
-use super::opacity::{self, Opacity};
+use super::opacity::{self, Factor, Opacity};
 use super::textures::{Maps, Textures};
 use super::{PackError, spectra};
 
 /// One emitter of a material's tree, on a shape.
 #[derive(Clone, Debug)]
 pub struct Emitter {
-    /// W/(m² sr), by channel, with the share that the emitter has in the mixture.
+    /// W/(m² sr), by channel, with the share that the emitter has in the mixture. The mean, where it varies.
     pub radiance: Vec3,
     /// Whether the inner side shines too.
     pub two_sided: bool,
     /// The coats over it, from the outside.
     pub coats: Vec<usize>,
+    /// If it varies over the surface: how.
+    pub glow: Option<Glow>,
+}
+
+/// Light that varies over a surface.
+#[derive(Clone, Debug)]
+pub struct Glow {
+    /// W/(m² sr), by channel, before `color` and `share`.
+    radiance: Vec3,
+    color: Vec<Map>,
+    /// Of all rays, those that cut-outs let pass included.
+    share: Opacity,
 }
 
 /// The records of the world's materials, and what its shapes must know of them.
@@ -34,6 +46,8 @@ pub struct Materials {
     pub records: Vec<Packed>,
     /// What each of the world's reads of a mesh's vertices.
     pub reads: Vec<Reads>,
+    /// Whether each of the world's shines in some part.
+    pub shines: Vec<bool>,
 }
 
 /// What a material, parts included, reads of a mesh's vertices.
@@ -86,7 +100,7 @@ pub fn pack(materials: &[Material<Still>], textures: &mut Textures) -> Result<Ma
         packer.add(index, material)?;
     }
     let Packer { records, more, reads, .. } = packer;
-    Ok(Materials { records: records.into_iter().chain(more).collect(), reads })
+    Ok(Materials { records: records.into_iter().chain(more).collect(), reads, shines: shining(materials) })
 }
 
 // One material after the other, with what those before it are.
@@ -161,15 +175,7 @@ impl Packer<'_> {
 
     // The place of a list of those of the maps whose slots the kind has.
     fn list(&mut self, maps: &[Map], slots: &[Slot]) -> Result<u32, PackError> {
-        let mut words = vec![0];
-        for map in maps.iter().filter(|map| slots.contains(&map.slot)) {
-            words.extend([slot_code(map.slot), self.textures.place(&map.texture)?]);
-        }
-        if words.len() == 1 {
-            return Ok(0);
-        }
-        words[0] = (words.len() / 2) as u32;
-        Ok(self.textures.push(words))
+        list(self.textures, maps.iter().filter(|map| slots.contains(&map.slot)))
     }
 
     // Another record, with these maps.
@@ -404,39 +410,68 @@ fn color_of(material: &Material<Still>, known: &[Vec3]) -> Vec3 {
 /// What of a material's tree shines, on a shape whose area in the world is `area_m2`.
 ///
 /// # Errors
-/// More than [`MAX_EMITTERS`] parts shine.
+/// More than [`MAX_EMITTERS`] parts shine, or how much they do depends on too many values.
 pub fn emitters(
     materials: &[Material<Still>],
     root: usize,
     records: &[Packed],
+    textures: &mut Textures,
     area_m2: impl Fn() -> f64,
 ) -> Result<Vec<Emitter>, PackError> {
     // Materials may share parts: a part is looked at once for all that mix it in, after all of them, since it stands
-    // before them; but apart for each way of coats over it.
-    let mut open = BTreeMap::from([((root, Vec::new()), 1.0_f32)]);
+    // before them; but apart for each way of coats over it. Of each, its share of the rays that meet the material, where
+    // that is the same everywhere, and its share of all rays.
+    let mut open = BTreeMap::from([((root, Vec::new()), (1.0_f32, Opacity::from(1.0)))]);
     let mut found = Vec::new();
-    while let Some(((index, coats), share)) = open.pop_last() {
-        if share <= 0.0 {
-            continue;
+    let cover = records.get(root).map_or(0.0, |record| record.more.w).max(1e-6);
+    let evenly_met = textures.maps_of(root)[MAPS_OPACITY as usize] == 0;
+    while let Some(((index, coats), (share, met))) = open.pop_last() {
+        let Some(material) = materials.get(index).filter(|_| share > 0.0) else { continue };
+        let met = met.times(&Factor::opacity(material)).check()?;
+        let mut shine = |radiance: Vec3, slot: Slot, two_sided: bool, coats: Vec<usize>| {
+            let color: Vec<Map> = material.maps.iter().filter(|map| map.slot == slot).cloned().collect();
+            let rough = |&coat: &usize| has_slot(&materials[coat].maps, |slot| slot == Slot::Roughness);
+            if evenly_met && met.constant().is_some() && color.is_empty() && !coats.iter().any(rough) {
+                found.push(Emitter { radiance: radiance * share, two_sided, coats, glow: None });
+                return;
+            }
+            let mut mean = radiance * (met.mean(textures) as f32 / cover);
+            for map in &color {
+                mean *= textures.average(&map.texture).truncate().max(Vec3::ZERO);
+            }
+            let glow = Some(Glow { radiance, color, share: met.clone() });
+            found.push(Emitter { radiance: mean, two_sided, coats, glow });
+        };
+        let coated = || coats.iter().copied().chain([index]).collect::<Vec<_>>();
+        if material.emission.max_element() > 0.0 {
+            let coats = if matches!(material.bsdf, Bsdf::Glossy { .. }) { coated() } else { coats.clone() };
+            shine(material.emission, Slot::Emission, false, coats);
         }
-        let mut add = |index, coats: Vec<usize>, share| *open.entry((index, coats)).or_insert(0.0) += share;
-        match materials.get(index).map(|m| &m.bsdf) {
-            Some(Bsdf::Emitter { color, emission, two_sided }) => {
+        let mut add = |index, coats: Vec<usize>, share: f32, met: Opacity| {
+            let all = open.entry((index, coats)).or_insert((0.0, Opacity::from(0.0)));
+            *all = (all.0 + share, all.1.plus(&met));
+        };
+        match &material.bsdf {
+            Bsdf::Emitter { color, emission, two_sided } => {
                 let sides = if *two_sided { 2.0 } else { 1.0 };
                 let radiance = match emission {
                     Emission::Radiance(radiance) => *radiance,
                     Emission::Power(power) => power / (std::f64::consts::PI * sides * area_m2()),
                 };
-                let radiance = *color * (radiance * f64::from(share)) as f32;
-                found.push(Emitter { radiance, two_sided: *two_sided, coats });
+                shine(*color * radiance as f32, Slot::Color, *two_sided, coats);
             }
-            Some(&Bsdf::Mix { a, b, .. }) => {
+            &Bsdf::Mix { a, b, amount } => {
                 let second = records[index].lobe.x;
-                add(b, coats.clone(), share * second);
-                add(a, coats, share * (1.0 - second));
+                let amount = Factor::of(amount, &material.maps, Slot::Amount);
+                add(b, coats.clone(), share * second, met.times(&amount));
+                // Where the amount is a factor only, some of the first is left.
+                let first = if has_slot(&material.maps, |slot| slot == Slot::Amount) { 1.0 } else { 1.0 - second };
+                add(a, coats, share * first, met.times(&amount.complement()));
             }
-            Some(&Bsdf::Glossy { base, metalness, .. }) => {
-                add(base, coats.into_iter().chain([index]).collect(), share * (1.0 - metalness as f32));
+            &Bsdf::Glossy { base, metalness, .. } => {
+                let metal = Factor::of(metalness, &material.maps, Slot::Metalness);
+                let rest = if has_slot(&material.maps, |slot| slot == Slot::Metalness) { 1.0 } else { 1.0 - metalness };
+                add(base, coated(), share * rest as f32, met.times(&metal.complement()));
             }
             _ => {}
         }
@@ -447,28 +482,82 @@ pub fn emitters(
     Ok(found)
 }
 
+/// Whether each material can shine, in some part of it.
+fn shining(materials: &[Material<Still>]) -> Vec<bool> {
+    let mut shining: Vec<bool> = Vec::with_capacity(materials.len());
+    for material in materials {
+        let part = |index: usize| shining.get(index) == Some(&true);
+        shining.push(
+            material.emission.max_element() > 0.0
+                || match material.bsdf {
+                    Bsdf::Emitter { .. } => true,
+                    Bsdf::Mix { a, b, .. } => part(a) || part(b),
+                    Bsdf::Glossy { base, .. } => part(base),
+                    _ => false,
+                },
+        );
+    }
+    shining
+}
+
 /// Parts of one material that may shine, each under coats of its own.
 const MAX_EMITTERS: usize = 1000;
 
 /// Appends records of `emitters`, one linked to the next; gives the first's index, or NONE.
-pub fn add_emitters(records: &mut Vec<Packed>, emitters: &[Emitter]) -> u32 {
+///
+/// # Errors
+/// Textures are too deep or too large.
+pub fn add_emitters(
+    records: &mut Vec<Packed>,
+    textures: &mut Textures,
+    emitters: &[Emitter],
+) -> Result<u32, PackError> {
     let mut next = NONE;
     for emitter in emitters.iter().rev() {
         let mut coat = NONE;
         for &index in &emitter.coats {
-            let kind = UVec4::new(MATERIAL_GLOSSY, 0, NONE, coat);
+            let kind = UVec4::new(MATERIAL_GLOSSY, 0, records[index].kind.z, coat);
             records.push(Packed { lobe: records[index].lobe, kind, ..Packed::default() });
             coat = records.len() as u32 - 1;
+            if emitter.glow.is_some() {
+                let list = textures.maps_of(index)[MAPS_LIST as usize];
+                let mut maps = Maps::default();
+                maps[MAPS_LIST as usize] = list;
+                textures.set_maps(records.len() - 1, maps);
+            }
         }
-        let sides = if emitter.two_sided { EMITTER_TWO_SIDED } else { 0 };
+        let mut flags = if emitter.two_sided { EMITTER_TWO_SIDED } else { 0 };
+        let mut radiance = emitter.radiance;
+        let mut maps = Maps::default();
+        if let Some(glow) = &emitter.glow {
+            flags |= EMITTER_GLOW;
+            radiance = glow.radiance * glow.share.constant().unwrap_or(1.0) as f32;
+            maps[MAPS_OPACITY as usize] = glow.share.pack(textures)?;
+            maps[MAPS_LIST as usize] = list(textures, glow.color.iter())?;
+            textures.begin();
+        }
         records.push(Packed {
-            color: emitter.radiance.extend(0.0),
-            kind: UVec4::new(MATERIAL_EMITTER, sides, coat, next),
+            color: radiance.extend(0.0),
+            kind: UVec4::new(MATERIAL_EMITTER, flags, coat, next),
             ..Packed::default()
         });
         next = records.len() as u32 - 1;
+        textures.set_maps(next as usize, maps);
     }
-    next
+    Ok(next)
+}
+
+// The place of a list of maps; 0 where there are none.
+fn list<'a>(textures: &mut Textures, maps: impl Iterator<Item = &'a Map>) -> Result<u32, PackError> {
+    let mut words = vec![0];
+    for map in maps {
+        words.extend([slot_code(map.slot), textures.place(&map.texture)?]);
+    }
+    if words.len() == 1 {
+        return Ok(0);
+    }
+    words[0] = (words.len() / 2) as u32;
+    Ok(textures.push(words))
 }
 
 // The factor a of F82-tint (Kutz et al. 2021): Schlick(1/7) · (1 − tint) / (c (1 − c)⁶) at c = 1/7.
@@ -514,11 +603,12 @@ mod tests {
         let half = Material { opacity: 0.5, ..matt() };
         let mix = Material { opacity: 0.8, ..Bsdf::Mix { a: 0, b: 1, amount: 0.5 }.into() };
         let materials = [emitter(), half, mix];
-        let records = pack(&materials, &mut Textures::default()).expect("a shallow tree").records;
+        let mut textures = Textures::default();
+        let records = pack(&materials, &mut textures).expect("a shallow tree").records;
         // Of the rays that meet it, one third meets the half that is cut out by half.
         assert!((records[2].more.w - 0.8 * 0.75).abs() < 1e-6);
         assert!((records[2].lobe.x - 1.0 / 3.0).abs() < 1e-6);
-        let found = emitters(&materials, 2, &records, || 1.0).expect("one shines");
+        let found = emitters(&materials, 2, &records, &mut textures, || 1.0).expect("one shines");
         assert_eq!(found.len(), 1);
         assert!((found[0].radiance.x - 4.0 / 3.0).abs() < 1e-6);
     }

@@ -21,9 +21,10 @@ use std::f64::consts::TAU;
 use glam::{DVec3, UVec4, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{
-    EMITTER_BEAM, FEATURE_BEAM, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT, FEATURE_INSTANCE, FEATURE_LIGHT_TREE,
-    FEATURE_MATERIAL, FEATURE_OTHER, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE,
-    OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
+    EMITTER_BEAM, EMITTER_GLOW, FEATURE_BEAM, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT, FEATURE_GLOW,
+    FEATURE_INSTANCE, FEATURE_LIGHT_TREE, FEATURE_MATERIAL, FEATURE_OTHER, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT,
+    LIGHT_SUN, MATERIAL_EMITTER, NONE, OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL,
+    TABLE_ALBEDO,
 };
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::build;
@@ -138,8 +139,8 @@ const MAX_WORDS: usize = 1 << 29;
 /// Geometry beyond the limits that [`PackError`] names.
 pub fn pack(world: &World) -> Result<Packed, PackError> {
     let mut textures = Textures::default();
-    let Materials { records, reads } = materials::pack(&world.materials, &mut textures)?;
-    let mut geometry = Geometry { materials: records, reads, textures, ..Geometry::default() };
+    let Materials { records, reads, shines } = materials::pack(&world.materials, &mut textures)?;
+    let mut geometry = Geometry { materials: records, reads, shines, textures, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
     let again = copies::unfold(world)?;
     let (planes, others): (Vec<_>, Vec<_>) = world
@@ -220,6 +221,9 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         params.features |= FEATURE_MATERIAL << material.kind.x;
         if material.kind.x == MATERIAL_EMITTER && material.kind.y & EMITTER_BEAM != 0 {
             params.features |= FEATURE_BEAM;
+        }
+        if material.kind.x == MATERIAL_EMITTER && material.kind.y & EMITTER_GLOW != 0 {
+            params.features |= FEATURE_GLOW;
         }
     }
     params.features |= texture_features;

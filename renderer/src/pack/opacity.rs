@@ -10,7 +10,7 @@ use super::textures::Textures;
 
 /// One factor: a number times textures, or 1 minus that; 0 or 1 where there is a cutoff.
 #[derive(Clone, Debug)]
-struct Factor {
+pub struct Factor {
     scale: f64,
     cutoff: Option<f64>,
     complement: bool,
@@ -18,9 +18,20 @@ struct Factor {
 }
 
 impl Factor {
-    fn of(scale: f64, maps: &[Map], slot: Slot) -> Factor {
+    /// `scale` times the maps of `slot`.
+    pub fn of(scale: f64, maps: &[Map], slot: Slot) -> Factor {
         let textures = maps.iter().filter(|map| map.slot == slot).map(|map| map.texture.clone()).collect();
         Factor { scale, cutoff: None, complement: false, textures }
+    }
+
+    /// The opacity of a material itself, without that of its parts.
+    pub fn opacity(material: &Material<Still>) -> Factor {
+        Factor { cutoff: material.cutoff, ..Factor::of(material.opacity, &material.maps, Slot::Opacity) }
+    }
+
+    /// 1 minus it.
+    pub fn complement(self) -> Factor {
+        Factor { complement: !self.complement, ..self }
     }
 
     fn constant(&self) -> Option<f64> {
@@ -57,7 +68,7 @@ const MAX_FACTORS: usize = 4_096;
 /// # Errors
 /// There are more than [`MAX_FACTORS`] factors.
 pub fn of(material: &Material<Still>, known: &[Opacity]) -> Result<Opacity, PackError> {
-    let own = Factor { cutoff: material.cutoff, ..Factor::of(material.opacity, &material.maps, Slot::Opacity) };
+    let own = Factor::opacity(material);
     let parts = match material.bsdf {
         Bsdf::Glossy { base, .. } => known[base].clone(),
         Bsdf::Mix { a, b, amount } => {
@@ -65,19 +76,13 @@ pub fn of(material: &Material<Still>, known: &[Opacity]) -> Result<Opacity, Pack
             match (known[a].constant(), known[b].constant()) {
                 // Whichever of them it is.
                 (Some(a), Some(b)) if a == b => Opacity::from(a),
-                _ => {
-                    let first = Factor { complement: true, ..second.clone() };
-                    Opacity([known[a].times(&first).0, known[b].times(&second).0].concat())
-                }
+                _ => known[a].times(&second.clone().complement()).plus(&known[b].times(&second)),
             }
         }
         _ => Opacity::from(1.0),
     };
     let all = parts.times(&own);
-    if all.0.iter().map(|term| term.len() + 1).sum::<usize>() > MAX_FACTORS {
-        return Err(PackError::CutOuts { limit: MAX_FACTORS });
-    }
-    Ok(all)
+    all.check()
 }
 
 impl From<f64> for Opacity {
@@ -87,7 +92,25 @@ impl From<f64> for Opacity {
 }
 
 impl Opacity {
-    fn times(&self, factor: &Factor) -> Opacity {
+    /// The sum of both.
+    pub fn plus(&self, other: &Opacity) -> Opacity {
+        match (self.constant(), other.constant()) {
+            (Some(a), Some(b)) => Opacity::from(a + b),
+            _ => Opacity([self.0.clone(), other.0.clone()].concat()),
+        }
+    }
+
+    /// # Errors
+    /// There are more than [`MAX_FACTORS`] factors.
+    pub fn check(self) -> Result<Opacity, PackError> {
+        match self.0.iter().map(|term| term.len() + 1).sum::<usize>() > MAX_FACTORS {
+            true => Err(PackError::CutOuts { limit: MAX_FACTORS }),
+            false => Ok(self),
+        }
+    }
+
+    /// The product of both.
+    pub fn times(&self, factor: &Factor) -> Opacity {
         let all = self.0.iter().map(|term| term.iter().chain([factor]).cloned().collect()).collect();
         let all = Opacity(all);
         match all.constant() {
@@ -98,7 +121,12 @@ impl Opacity {
 
     /// What it is everywhere, if that is the same.
     pub fn constant(&self) -> Option<f64> {
-        self.0.iter().map(|term| term.iter().map(Factor::constant).product::<Option<f64>>()).sum()
+        let is_zero = |term: &Vec<Factor>| term.iter().any(|factor| factor.constant() == Some(0.0));
+        self.0
+            .iter()
+            .filter(|term| !is_zero(term))
+            .map(|term| term.iter().map(Factor::constant).product::<Option<f64>>())
+            .sum()
     }
 
     /// Its mean, about.

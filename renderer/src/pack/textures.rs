@@ -92,6 +92,11 @@ impl Textures {
         self.maps[material] = maps;
     }
 
+    /// What the maps of record `material` are.
+    pub fn maps_of(&self, material: usize) -> Maps {
+        self.maps.get(material).copied().unwrap_or_default()
+    }
+
     /// Appends `words`; gives their place.
     pub fn push(&mut self, words: impl IntoIterator<Item = u32>) -> u32 {
         let place = self.words.len().min(MAX_WORDS) as u32;
