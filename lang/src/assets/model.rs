@@ -1,12 +1,13 @@
 //! Models in the scene: their nodes under the node that stands for them, and what refers into them.
 
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Aim, Camera, Node, Scene, Shape};
+use kinora_scene::{Aim, Animated, Beam, Camera, Light, LightKind, Node, Scene, Shape};
 
-use super::gltf::{self, Faults, Model, Projection};
+use super::gltf::{self, Faults, Lamp, LampKind, Model, Projection};
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
 use crate::files::{Files, resolve};
@@ -158,7 +159,7 @@ fn add_materials(scene: &mut Scene, model: &Model) -> usize {
     first
 }
 
-/// Appends a model's nodes and cameras.
+/// Appends a model's nodes, cameras and lights.
 fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: usize) -> Placed {
     let first = scene.nodes.len();
     let mut cameras = Vec::new();
@@ -166,6 +167,9 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
         if let Some(lens) = &part.camera {
             cameras.push((lens.name.clone(), scene.cameras.len()));
             scene.cameras.push(camera(&format!("{}.{}", request.name, lens.name), first + i, lens.projection));
+        }
+        if let Some(lamp) = &part.light {
+            scene.lights.push(light(&format!("{}.{}", request.name, lamp.name), first + i, lamp));
         }
         scene.nodes.push(Node {
             name: part.name.clone(),
@@ -193,6 +197,25 @@ fn camera(name: &str, parent: usize, projection: Projection) -> Camera<kinora_sc
         aperture_m: 0.0.into(),
         focus_m: None,
     }
+}
+
+/// glTF's candela and lux are W/sr and W/m², one to one.
+fn light(name: &str, parent: usize, lamp: &Lamp) -> Light<Animated> {
+    let (position, direction) = (DVec3::ZERO.into(), DVec3::NEG_Z.into());
+    let power = (4.0 * PI * lamp.intensity).into();
+    let kind = match lamp.kind {
+        LampKind::Sun => LightKind::Sun { direction, angle: 0.0, irradiance: lamp.intensity.into() },
+        LampKind::Point => LightKind::Point { position, power, radius_m: 0.0 },
+        LampKind::Spot([inner, outer]) => LightKind::Spot {
+            position,
+            aim: Beam::Direction(direction),
+            power,
+            radius_m: 0.0,
+            angle: 2.0 * outer,
+            blend: (1.0 - inner / outer).clamp(0.0, 1.0),
+        },
+    };
+    Light { name: name.to_string(), parent: Some(parent), color: DVec3::from_array(lamp.color).as_vec3(), kind }
 }
 
 /// The part of a path: the one of that whole path, or the only one whose path ends so.
@@ -368,7 +391,8 @@ fn which_camera(
 fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
     let shining = shining(&scene.materials);
     let mut shapes = scene.nodes.iter().filter(|node| node.shape.is_some()).peekable();
-    let dark = shapes.peek().is_some() && !shapes.any(|node| shining.get(node.material) == Some(&true));
+    let lamp = scene.lights.iter().any(|light| light.color.max_element() > 0.0);
+    let dark = !lamp && shapes.peek().is_some() && !shapes.any(|node| shining.get(node.material) == Some(&true));
     if dark && scene.sky.is_none() {
         let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
             .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
@@ -413,6 +437,12 @@ fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnos
     for camera in &mut scene.cameras {
         camera.parent.iter_mut().for_each(moved);
         if let Aim::Node { target, .. } = &mut camera.aim {
+            moved(target);
+        }
+    }
+    for light in &mut scene.lights {
+        light.parent.iter_mut().for_each(moved);
+        if let LightKind::Spot { aim: Beam::Node(target), .. } = &mut light.kind {
             moved(target);
         }
     }
