@@ -5,9 +5,11 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Aim, Animated, Beam, Camera, Light, LightKind, Node, Scene, Shape};
+use kinora_scene::{Aim, Animated, Beam, Camera, Light, LightKind, Material, Node, Placing, Scene, Shape};
 
-use super::gltf::{self, Faults, Lamp, LampKind, Model, Projection};
+use super::gltf::{self, Faults, Lamp, LampKind, Model, Part, Projection, Warnings};
+use super::mtl::Library;
+use super::{AssetError, beside, finish, read_object, shape};
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
 use crate::files::{Files, resolve};
@@ -40,7 +42,7 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
             Some(loaded) => loaded.clone(),
             None => {
                 let loaded = load(request, files, source, diagnostics).map(|model| {
-                    let first = add_materials(&mut lowered.scene, &model);
+                    let first = add_materials(&mut lowered.scene, &model.materials);
                     (model, first)
                 });
                 known.insert(path, loaded.clone());
@@ -82,16 +84,13 @@ fn load(
 ) -> Option<Arc<Model>> {
     let (file, span, written) = (source.id, request.span, &request.file);
     let ending = written.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
-    if !["gltf", "glb"].contains(&ending.as_str()) {
-        let diagnostic = Diagnostic::new("E0801", format!("`{written}` is not a glTF file by its name")).primary(
-            file,
-            span,
-            "`.gltf` or `.glb` is expected",
-        );
-        diagnostics.push(match ending.as_str() {
-            "obj" | "ply" | "stl" => diagnostic.help("write `mesh { file: .. }`"),
-            _ => diagnostic.help("export it as glTF"),
-        });
+    let is_mesh = ["obj", "ply", "stl"].contains(&ending.as_str());
+    if !is_mesh && !["gltf", "glb"].contains(&ending.as_str()) {
+        let message = format!("`{written}` is not a model by its name");
+        let diagnostic = Diagnostic::new("E0801", message)
+            .primary(file, span, "`.gltf` or `.glb` is expected")
+            .help("export it as glTF");
+        diagnostics.push(diagnostic);
         return None;
     }
     let bytes = resolve(&source.source(span.start).name, written).and_then(|path| Ok((files.read(&path)?, path)));
@@ -102,19 +101,73 @@ fn load(
             return None;
         }
     };
+    if is_mesh {
+        return match of_mesh(&path, &bytes, files) {
+            Ok(model) => {
+                warn(&model.warnings, written, source, span, diagnostics);
+                Some(Arc::new(model))
+            }
+            Err(error) => {
+                let message = match error.code {
+                    "E0803" => format!("`{path}`: {}", error.message),
+                    _ => format!("`{path}` {}", error.message),
+                };
+                let diagnostic = Diagnostic::new(error.code, message).primary(file, span, "cannot be used");
+                diagnostics.push(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) });
+                None
+            }
+        };
+    }
     match gltf::read(&path, &bytes, files) {
         Ok(model) => {
-            for (what, then, count) in model.warnings.iter() {
-                let times = if *count > 1 { format!(" ({count} times)") } else { String::new() };
-                let message = format!("`{written}` has {what}{times}: {then}");
-                diagnostics.push(Diagnostic::new("W0810", message).primary(file, span, "not all of it is shown"));
-            }
+            warn(&model.warnings, written, source, span, diagnostics);
             Some(Arc::new(model))
         }
         Err(faults) => {
             diagnostics.push(diagnostic(&faults, written, source, span));
             None
         }
+    }
+}
+
+/// A mesh file as a model: a node for each of its objects, or of their parts where one has several materials.
+fn of_mesh(path: &str, bytes: &[u8], files: &dyn Files) -> Result<Model, AssetError> {
+    let mut object = read_object(path, bytes, &beside(files, path))?;
+    let mesh = finish(std::mem::take(&mut object.mesh), None, None)?;
+    let mut library = Library::new(files, path, !mesh.colors.is_empty());
+    let mut roots: HashMap<Option<usize>, usize> = HashMap::new();
+    let mut model = Model::default();
+    for part in &object.parts {
+        let said = part.material.and_then(|at| object.materials.get(at));
+        let root = *roots.entry(part.material).or_insert_with(|| library.build(said));
+        let name = if part.name.is_empty() { "mesh" } else { &part.name };
+        let shape = shape::part(&mesh, mesh.triangles.get(part.triangles.clone()).unwrap_or_default(), name);
+        model.meshes.push((name.to_string(), shape.triangles.len()));
+        model.nodes.push(Part {
+            name: name.to_string(),
+            path: Some(name.to_string()),
+            parent: None,
+            placing: Placing::default(),
+            shape: Some((Arc::new(shape), root)),
+            camera: None,
+            light: None,
+        });
+    }
+    for what in object.missing {
+        library.warnings.add(what, "what it is about is matt and grey");
+    }
+    model.material_names = object.materials.iter().map(|material| material.name.clone()).collect();
+    model.materials = library.made;
+    model.warnings = library.warnings;
+    Ok(model)
+}
+
+/// W0810: what is left out.
+pub(super) fn warn(warnings: &Warnings, written: &str, source: &Texts, span: Span, diagnostics: &mut Vec<Diagnostic>) {
+    for (what, then, count) in warnings.iter() {
+        let times = if *count > 1 { format!(" ({count} times)") } else { String::new() };
+        let message = format!("`{written}` has {what}{times}: {then}");
+        diagnostics.push(Diagnostic::new("W0810", message).primary(source.id, span, "not all of it is shown"));
     }
 }
 
@@ -141,10 +194,10 @@ fn diagnostic(faults: &Faults, written: &str, source: &Texts, span: Span) -> Dia
     diagnostic.help(first.help)
 }
 
-/// Appends a model's materials; gives the index of the first.
-fn add_materials(scene: &mut Scene, model: &Model) -> usize {
+/// Appends materials that refer to one another; gives the index of the first.
+pub(super) fn add_materials(scene: &mut Scene, materials: &[Material<Animated>]) -> usize {
     let first = scene.materials.len();
-    for material in &model.materials {
+    for material in materials {
         let mut material = material.clone();
         match &mut material.bsdf {
             kinora_scene::Bsdf::Glossy { base, .. } => *base += first,
@@ -388,7 +441,7 @@ fn which_camera(
 }
 
 /// W0402, which only the whole scene can tell. A model without a mesh has nothing to light.
-fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
     let shining = shining(&scene.materials);
     let mut shapes = scene.nodes.iter().filter(|node| node.shape.is_some()).peekable();
     let lamp = scene.lights.iter().any(|light| light.color.max_element() > 0.0);
