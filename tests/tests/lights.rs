@@ -8,7 +8,8 @@ use glam::{DVec3, Vec2, Vec4};
 use kinora_lang::files::Memory;
 use kinora_renderer::Choice;
 use kinora_scene::{
-    Bsdf, Color, DiffuseModel, Image, Map, Material, Mis, Paint, Sky, SkyLight, Slot, Texels, Texture, UvSet, World,
+    Bsdf, Color, DiffuseModel, Image, Map, Material, Mis, Paint, Projection, Sky, SkyLight, Slot, Texels, Texture,
+    UvSet, World,
 };
 use kinora_tests::measure::{Estimate, Kernel, Report};
 use kinora_tests::{world, world_with};
@@ -312,7 +313,9 @@ fn many_lights_by_a_tree() {
         }
         let mut case = case(&format!("60 points, scale {scale}"), &lamps, truth, &[Mis::Nee, Mis::BSDF]);
         // A few micrometres: the smallest lamps are as near as a millimetre.
-        case.world.view.fov *= 3e-3;
+        if let Projection::Perspective { fov } = &mut case.world.view.projection {
+            *fov *= 3e-3;
+        }
         cases.push(case);
     }
     // A square of 1 m² 1 m above, in 20 000 triangles: one light as before.

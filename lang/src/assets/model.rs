@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Aim, Animated, Beam, Camera, Light, LightKind, Material, Node, Placing, Scene, Shape};
+use kinora_scene::{Aim, Animated, Beam, Blades, Camera, Light, LightKind, Material, Node, Placing, Scene, Shape};
 
 use super::gltf::{self, Faults, Lamp, LampKind, Model, Part, Projection, Warnings};
 use super::mtl::Library;
@@ -237,18 +237,19 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
 }
 
 fn camera(name: &str, parent: usize, projection: Projection) -> Camera<kinora_scene::Animated> {
-    let fov = match projection {
-        Projection::Perspective(fov) => fov,
-        Projection::Orthographic(_) => 0.7,
+    let projection = match projection {
+        Projection::Perspective(fov) => kinora_scene::Projection::Perspective { fov: fov.into() },
+        Projection::Orthographic(height_m) => kinora_scene::Projection::Orthographic { height_m },
     };
     Camera {
         name: name.to_string(),
         parent: Some(parent),
         position: DVec3::ZERO.into(),
         aim: Aim::Rotation(DQuat::IDENTITY.into()),
-        fov: fov.into(),
+        projection,
         aperture_m: 0.0.into(),
         focus_m: None,
+        blades: Blades::default(),
     }
 }
 
