@@ -1,7 +1,7 @@
 //! The camera at one instant.
 
 use glam::{DAffine3, DMat3, DVec3};
-use kinora_scene::{Aim, Animated, Camera, Track, View};
+use kinora_scene::{Aim, Animated, Camera, Projection, Still, Track, View};
 
 use crate::{
     aim::{facing, rotation_of},
@@ -34,7 +34,11 @@ pub(crate) fn view(read: Reader<'_>, camera: &Camera<Animated>, poses: &[Pose]) 
         }
     };
 
-    let aperture_m = read.number("aperture", &camera.aperture_m, Range::FromZero)?;
+    let projection = projection(read, &camera.projection)?;
+    let aperture_m = match projection {
+        Projection::Perspective { .. } => read.number("aperture", &camera.aperture_m, Range::FromZero)?,
+        _ => 0.0,
+    };
     let focus_m = match (&camera.focus_m, target_m) {
         (Some(focus_m), _) => read.number("focus", focus_m, Range::AboveZero)?,
         (None, Some(target_m)) => read.check("focus", target_m, Range::AboveZero)?,
@@ -43,9 +47,21 @@ pub(crate) fn view(read: Reader<'_>, camera: &Camera<Animated>, poses: &[Pose]) 
     };
     Ok(View {
         world_from_camera: DAffine3::from_mat3_translation(axes, eye),
-        fov: read.number("fov", &camera.fov, Range::ZeroToPi)?,
+        projection,
         aperture_m,
         focus_m,
+        blades: camera.blades,
+    })
+}
+
+fn projection(read: Reader<'_>, projection: &Projection<Animated>) -> Result<Projection<Still>, SampleError> {
+    Ok(match projection {
+        Projection::Perspective { fov } => Projection::Perspective { fov: read.number("fov", fov, Range::ZeroToPi)? },
+        Projection::Orthographic { height_m } => {
+            Projection::Orthographic { height_m: read.check("height", *height_m, Range::AboveZero)? }
+        }
+        Projection::Panorama => Projection::Panorama,
+        Projection::Fisheye { fov } => Projection::Fisheye { fov: read.number("fov", fov, Range::ZeroToTwoPi)? },
     })
 }
 

@@ -33,6 +33,7 @@ pub(crate) enum Range {
     ZeroToOne,
     FromOne,
     ZeroToPi,
+    ZeroToTwoPi,
 }
 
 impl Range {
@@ -47,6 +48,12 @@ impl Range {
             Range::ZeroToPi => {
                 (0.0, std::f64::consts::PI, x > 0.0 && x < std::f64::consts::PI, "above 0 and below 180 degrees")
             }
+            Range::ZeroToTwoPi => (
+                0.0,
+                std::f64::consts::TAU,
+                x > 0.0 && x <= std::f64::consts::TAU + SLACK,
+                "above 0 and at most 360 degrees",
+            ),
         };
         if !x.is_finite() {
             Err(Fault::NotFinite)

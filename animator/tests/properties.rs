@@ -125,7 +125,7 @@ proptest! {
         scene.nodes[1].visible = visible;
         scene.cameras[0].parent = Some(0);
         scene.cameras[0].position = eye;
-        scene.cameras[0].fov = fov;
+        scene.cameras[0].projection = Projection::Perspective { fov };
         scene.cameras[0].aim = Aim::Point { target, up: DVec3::Y.into() };
         match sample(&scene, scene.clock.shutter_at(time_s)) {
             Err(error) => prop_assert!(!error.to_string().is_empty()),
@@ -133,7 +133,8 @@ proptest! {
                 let axes = world.view.world_from_camera.matrix3;
                 prop_assert!((axes.determinant() - 1.0).abs() < 1e-9);
                 prop_assert!(world.view.world_from_camera.is_finite() && world.view.focus_m > 0.0);
-                prop_assert!(world.view.fov > 0.0 && world.view.fov < std::f64::consts::PI);
+                let Projection::Perspective { fov } = world.view.projection else { panic!("not a perspective") };
+                prop_assert!(fov > 0.0 && fov < std::f64::consts::PI);
                 for instance in world.instances {
                     prop_assert!(instance.world_from_object.inverse().is_finite());
                     let Shape::Sphere { radius_m } = instance.shape else { panic!("not a sphere") };

@@ -413,8 +413,14 @@ fn faults_of_cameras() {
     check(&|c| c.aim = at(DVec3::ZERO, DVec3::NAN), "up", Fault::NotFinite);
     check(&|c| c.aim = Aim::Node { target: 9, up: DVec3::Y.into() }, "look_at", Fault::Dangling);
     check(&|c| c.aim = Aim::Rotation(DQuat::NAN.into()), "rotation", Fault::NotFinite);
-    check(&|c| c.fov = 0.0.into(), "fov", too(0.0, "above 0 and below 180 degrees"));
-    check(&|c| c.fov = PI.into(), "fov", too(PI, "above 0 and below 180 degrees"));
+    let perspective = |fov: f64| Projection::Perspective { fov: fov.into() };
+    check(&|c| c.projection = perspective(0.0), "fov", too(0.0, "above 0 and below 180 degrees"));
+    check(&|c| c.projection = perspective(PI), "fov", too(PI, "above 0 and below 180 degrees"));
+    let fisheye = |fov: f64| Projection::Fisheye { fov: fov.into() };
+    check(&|c| c.projection = fisheye(0.0), "fov", too(0.0, "above 0 and at most 360 degrees"));
+    check(&|c| c.projection = fisheye(7.0), "fov", too(7.0, "above 0 and at most 360 degrees"));
+    let orthographic = |height_m| Projection::Orthographic { height_m };
+    check(&|c| c.projection = orthographic(0.0), "height", too(0.0, "above 0"));
     check(&|c| c.aperture_m = (-1.0).into(), "aperture", too(-1.0, "0 or more"));
     check(&|c| c.focus_m = Some(0.0.into()), "focus", too(0.0, "above 0"));
 }

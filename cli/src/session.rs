@@ -243,7 +243,7 @@ fn no_scene() -> Diagnostic {
 pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
     use kinora_renderer::PackError;
     let code = match error {
-        PackError::Coordinates { .. } => "E0401",
+        PackError::Coordinates { .. } | PackError::Camera => "E0401",
         PackError::TooMany { .. }
         | PackError::TooDeep { .. }
         | PackError::Words { .. }

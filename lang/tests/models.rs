@@ -195,7 +195,10 @@ fn what_refers_into_a_model() {
     let (scene, _) = evaluate(text, &root).unwrap();
     // The only camera is the model's.
     let camera = &scene.cameras[scene.camera.unwrap()];
-    assert_eq!((camera.name.as_str(), camera.fov.constant()), ("robot.eye", Some(&0.5)));
+    assert_eq!(
+        (&*camera.name, &camera.projection),
+        ("robot.eye", &kinora_scene::Projection::Perspective { fov: 0.5.into() })
+    );
     let held = world(&scene, "held");
     assert_eq!(held.translation, DVec3::new(1.0, 2.0, 3.0));
     assert!(scene.nodes.iter().enumerate().all(|(at, node)| node.parent.is_none_or(|parent| parent < at)));

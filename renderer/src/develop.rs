@@ -16,7 +16,7 @@ use kinora_scene::{Look, Shown, Still, Tonemap};
 use rayon::prelude::*;
 
 use crate::film::{Film, Seen};
-use crate::wires::{Canvas, Wires};
+use crate::wires::Canvas;
 
 /// Display values in 0..=1, one a pixel, row by row from the top; already encoded as the display expects them.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,10 +116,10 @@ const NOTHING: Seen =
 // The boxes over surfaces lit from the eye, in linear light.
 fn wired(film: &Film) -> Vec<Vec3> {
     let seen = |i: usize| film.seen(i).unwrap_or(NOTHING);
-    let eye = film.wires.as_deref().map_or(Vec3::ZERO, Wires::eye);
+    let to_eye = |p: Vec3| film.wires.as_deref().map_or(Vec3::ZERO, |wires| wires.to_eye(p));
     let lit = |i: usize| {
         let seen = seen(i);
-        let facing = seen.normal.dot((eye - seen.position).normalize_or_zero()).abs();
+        let facing = seen.normal.dot(to_eye(seen.position)).abs();
         seen.albedo.lerp(Vec3::splat(0.5), 0.3) * (0.03 + 0.5 * facing * facing)
     };
     let mut pixels: Vec<Vec3> = (0..film.window().pixels()).into_par_iter().map(lit).collect();

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
-    Background, Bsdf, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh,
-    Part, Reflectance, Render, Shape, Shown, Sky, SkyLight, Still, Tonemap, View, World,
+    Background, Blades, Bsdf, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material,
+    Mesh, Part, Projection, Reflectance, Render, Shape, Shown, Sky, SkyLight, Still, Tonemap, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
@@ -49,6 +49,9 @@ pub const CASES: &[(&str, Case)] = &[
     ("a closed room of emitters", closed_room),
     ("bounces are counted as the language says", bounces),
     ("the camera's axes", camera_axes),
+    ("points where each projection shows them", projections),
+    ("nothing beside a fisheye's circle", fisheye_circle),
+    ("what is out of focus has the lens's shape", lens_shapes),
     ("an odd size", odd_size),
     ("layers tell what a pixel shows", layers),
     ("layers pass what light passes", layers_pass),
@@ -66,9 +69,10 @@ pub fn view(eye: DVec3, target: DVec3, fov: f64) -> View {
     let right = up.cross(back).normalize();
     View {
         world_from_camera: DAffine3::from_cols(right, back.cross(right), back, eye),
-        fov,
+        projection: Projection::Perspective { fov },
         aperture_m: 0.0,
         focus_m: (eye - target).length(),
+        blades: Blades::default(),
     }
 }
 
@@ -356,6 +360,154 @@ fn camera_axes(renderer: &mut Renderer) {
     }
     let pixels = trace(renderer, &w);
     assert_eq!([pixels[1], pixels[6], pixels[30], pixels[25]], [Vec3::Y, Vec3::X, Vec3::Z, Vec3::ZERO]);
+}
+
+// Where a point of the camera's space is in the picture, from its middle to the right and down, in heights.
+fn projected(projection: &Projection<Still>, p: DVec3, aspect: f64) -> DVec2 {
+    let aside = DVec2::new(p.x, -p.y);
+    match *projection {
+        Projection::Perspective { fov } => aside / -p.z * 0.5 / (0.5 * fov).tan(),
+        Projection::Orthographic { height_m } => aside / height_m,
+        Projection::Panorama => {
+            DVec2::new(p.x.atan2(-p.z) / (2.0 * PI) * aspect, -p.y.atan2(DVec2::new(p.x, p.z).length()) / PI)
+        }
+        Projection::Fisheye { fov } => aside.normalize() * aside.length().atan2(-p.z) / fov,
+    }
+}
+
+// Small balls of light, as seen by a camera that is turned and moved.
+fn projections(renderer: &mut Renderer) {
+    let eye = DVec3::new(3.0, -2.0, 5.0);
+    let place = view(eye, eye + DVec3::new(1.0, 0.7, 0.4), 1.0).world_from_camera;
+    for (projection, balls) in [
+        (Projection::Perspective { fov: 1.2 }, [[2.0, 0.5, -4.0], [-1.5, 1.0, -3.0], [0.2, -1.4, -5.0]]),
+        (Projection::Orthographic { height_m: 3.0 }, [[2.0, 0.5, -4.0], [-1.5, 1.2, -0.3], [0.2, -1.4, -50.0]]),
+        (Projection::Panorama, [[2.0, 0.5, -4.0], [-1.5, 2.0, 3.0], [3.0, -2.4, 1.0]]),
+        (Projection::Fisheye { fov: PI }, [[2.0, 0.5, -1.0], [-1.5, 1.2, -4.0], [0.2, -2.0, -0.7]]),
+        (Projection::Fisheye { fov: 2.0 * PI }, [[2.0, 0.5, 1.0], [-1.5, 1.2, -4.0], [0.5, -2.0, 3.0]]),
+    ] {
+        let [columns, rows] = [160.0, 96.0];
+        let case = format!("{projection:?}");
+        let mut w = world([160, 96], 16, View { world_from_camera: place, ..front() });
+        w.view.projection = projection;
+        for (channel, ball) in balls.into_iter().enumerate() {
+            let p = DVec3::from_array(ball);
+            // Three pixels wide: whatever sample the middle's pixel has first, it meets the ball.
+            let radius_m = match w.view.projection {
+                Projection::Orthographic { height_m } => 1.5 * height_m / rows,
+                Projection::Perspective { fov } => -1.5 * p.z * 2.0 * (0.5 * fov).tan() / rows,
+                Projection::Panorama => 1.5 * PI * p.length() / rows,
+                Projection::Fisheye { fov } => 1.5 * fov * p.length() / rows,
+            };
+            let color = Color::from(Vec3::AXES[channel]);
+            let lamp = Bsdf::Emitter { color, emission: Emission::Radiance(1.0), two_sided: false }.into();
+            add(&mut w, Shape::Sphere { radius_m }, DAffine3::from_translation(place.transform_point3(p)), lamp);
+        }
+        let film = survey(renderer, &w);
+        let pixels = film.mean();
+        for (channel, ball) in balls.into_iter().enumerate() {
+            let p = DVec3::from_array(ball);
+            let (mut sum, mut middle) = (0.0, DVec2::ZERO);
+            for (i, pixel) in pixels.iter().enumerate() {
+                let light = f64::from(pixel[channel]);
+                sum += light;
+                middle += light * DVec2::new((i % 160) as f64 + 0.5, (i / 160) as f64 + 0.5);
+            }
+            let at = projected(&w.view.projection, p, columns / rows) * rows + 0.5 * DVec2::new(columns, rows);
+            // A ball's outline is no circle, and its middle not the ball's: less than a tenth of a pixel.
+            let off = (middle / sum - at).length();
+            assert!(sum > 0.5 && off < 0.2, "{case}: ball {channel} is at {}, expected {at}", middle / sum);
+            let s = seen(&film, at.x as usize, at.y as usize);
+            let depth = match w.view.projection {
+                Projection::Perspective { .. } | Projection::Orthographic { .. } => -p.z,
+                Projection::Panorama | Projection::Fisheye { .. } => p.length(),
+            };
+            near(&format!("{case}: depth of ball {channel}"), f64::from(s.depth), depth, 0.1 * p.length().max(2.0));
+            assert_eq!(s.id as usize, channel + 1, "{case}");
+        }
+    }
+}
+
+fn fisheye_circle(renderer: &mut Renderer) {
+    // All of a fisheye sees the sky, and of a picture 32 by 20 the circle fills π / 4 · 20 / 32.
+    let mut w = world([32, 20], 256, front());
+    w.view.projection = Projection::Fisheye { fov: 2.0 * PI };
+    w.sky = white_sky();
+    let film = survey(renderer, &w);
+    let pixels = film.mean();
+    near("a fisheye's circle", mean(&pixels), PI / 4.0 * 20.0 / 32.0, 2e-3);
+    assert_eq!((pixels[10 * 32 + 5], pixels[10 * 32 + 7]), (Vec3::ZERO, Vec3::ONE));
+    w.render.background = Background::Transparent;
+    add(&mut w, Shape::Sphere { radius_m: 100.0 }, DAffine3::IDENTITY, diffuse(0.5, 0.0));
+    let film = survey(renderer, &w);
+    let covers: f64 = (0..640).map(|i| f64::from(film.seen(i).expect("layers").cover)).sum();
+    near("a fisheye's alpha", covers / 640.0, PI / 4.0 * 20.0 / 32.0, 2e-3);
+    let corner = seen(&film, 0, 0);
+    assert_eq!((corner.cover, corner.depth, corner.id), (0.0, 1e10, 0));
+}
+
+// A small ball behind the plane in focus shows the lens, one before it the lens upside down; however many corners there
+// are, the light is the same.
+fn lens_shapes(renderer: &mut Renderer) {
+    const SIDE: usize = 48;
+    let (focus_m, radius_m) = (2.0_f64, 0.05);
+    let mut sums = Vec::new();
+    for (count, rotation, distance_m) in [(0, 0.0, 4.0), (6, 0.0, 4.0), (5, 0.4, 4.0), (3, 0.25, 4.0), (5, 0.4, 1.0)] {
+        let case = format!("{count} blades turned by {rotation}, a light at {distance_m} m");
+        // On the plane in focus; a negative one turns the lens upside down.
+        let scale = (distance_m - focus_m) / distance_m;
+        let reach = radius_m * scale.abs();
+        let ball_m = 0.15 * reach;
+        // The picture is 1.25 discs wide.
+        let fov = 2.0 * (1.25 * reach / focus_m).atan();
+        let mut w = world([SIDE as u32; 2], 512, front());
+        w.view = View {
+            projection: Projection::Perspective { fov },
+            aperture_m: 2.0 * radius_m,
+            focus_m,
+            blades: Blades { count, rotation },
+            ..view(DVec3::ZERO, DVec3::NEG_Z, 1.0)
+        };
+        let ball = Shape::Sphere { radius_m: ball_m * distance_m / focus_m };
+        let power = Emission::Radiance(100.0);
+        add(&mut w, ball, at(0.0, 0.0, -distance_m), emitter(power));
+        let pixels = trace(renderer, &w);
+        // Of a ball that is a point the disc is even: the share of the lens that each point of the picture sees.
+        let area = match count {
+            0 => PI,
+            n => 0.5 * f64::from(n) * (2.0 * PI / f64::from(n)).sin(),
+        };
+        // The ball blurs the edge by its size on the plane in focus, a pixel by its own.
+        let blur = (ball_m + 1.25 * reach * 2.0 / SIDE as f64) / reach;
+        let even = 100.0 * (ball_m / reach).powi(2) * PI / area;
+        let (mut inside, mut inner) = (0.0, 0);
+        for (i, pixel) in pixels.iter().enumerate() {
+            let place = |k: usize| ((k as f64 + 0.5) / SIDE as f64 * 2.0 - 1.0) * 1.25 * scale.signum();
+            let p = DVec2::new(place(i % SIDE), -place(i / SIDE));
+            // How far beyond the edge.
+            let beyond = match count {
+                0 => p.length() - 1.0,
+                n => (0..n)
+                    .map(|k| {
+                        let turn = rotation + (f64::from(k) + 0.5) * 2.0 * PI / f64::from(n);
+                        p.dot(DVec2::from_angle(turn)) - (PI / f64::from(n)).cos()
+                    })
+                    .fold(f64::MIN, f64::max),
+            };
+            if beyond > blur {
+                assert_eq!(*pixel, Vec3::ZERO, "{case}: light at {p}, which is {beyond} outside");
+            } else if beyond < -blur {
+                inside += f64::from(pixel.x);
+                inner += 1;
+            }
+        }
+        assert!(inner > 100, "{case}");
+        near(&case, inside / f64::from(inner) / even, 1.0, 0.03);
+        sums.push(mean(&pixels) * (2.5 * reach / ball_m).powi(2) / 100.0);
+    }
+    for sum in sums {
+        near("exposure by a lens", sum, PI, 0.04);
+    }
 }
 
 fn odd_size(renderer: &mut Renderer) {

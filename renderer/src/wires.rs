@@ -1,8 +1,11 @@
 //! The boxes of the tree over a scene's primitives, drawn as wires over its picture (`render.view: bvh`). They are drawn
 //! on the host: their edges are the same few lines on every backend.
 
+use std::f32::consts::PI;
+
 use glam::{Mat3, Vec2, Vec3, Vec3A};
 use kinora_kernel::Packed;
+use kinora_kernel::generated::{FEATURE_FISHEYE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 
@@ -27,6 +30,9 @@ const COLORS: [Vec3; 5] = [
 /// Wires nearer to the eye than this share of its distance to the boxes are cut off.
 const NEAR: f32 = 1e-4;
 
+/// Pieces of an edge where the picture bends it.
+const PIECES: usize = 48;
+
 /// Boxes, and the camera that sees them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wires {
@@ -34,8 +40,10 @@ pub struct Wires {
     levels: Vec<Vec<[Vec3; 2]>>,
     eye: Vec3,
     camera_from_world: Mat3,
-    // Half extents of the image plane at distance 1.
+    // As in the parameters: half extents of the image, what projection it is, and a fisheye's edge in turns.
     half: Vec2,
+    features: u32,
+    edge: f32,
     picture: Vec2,
 }
 
@@ -59,13 +67,18 @@ impl Wires {
             eye: params.camera_eye.truncate(),
             camera_from_world: Mat3::from_cols(x, y, z).transpose(),
             half: params.camera_film.truncate().truncate(),
+            features: params.features & (FEATURE_ORTHOGRAPHIC | FEATURE_PANORAMA | FEATURE_FISHEYE),
+            edge: params.camera_z.w,
             picture: params.resolution.as_vec2(),
         }
     }
 
-    /// Where the camera's eye is.
-    pub fn eye(&self) -> Vec3 {
-        self.eye
+    /// The direction from `p` to the eye.
+    pub fn to_eye(&self, p: Vec3) -> Vec3 {
+        match self.features {
+            FEATURE_ORTHOGRAPHIC => self.camera_from_world.row(2),
+            _ => (self.eye - p).normalize_or_zero(),
+        }
     }
 
     /// Draws all of them: the smallest boxes first, the whole scene's last.
@@ -84,6 +97,20 @@ impl Wires {
     fn edge(&self, canvas: &mut Canvas<'_>, [a, b]: [Vec3; 2], color: Vec3, width: f32, strength: f32) {
         let place = |p: Vec3| self.camera_from_world * (p - self.eye);
         let (mut a, mut b) = (place(a), place(b));
+        if self.features != 0 {
+            let mut before = self.bent(a);
+            for piece in 1..=PIECES {
+                let here = self.bent(a.lerp(b, piece as f32 / PIECES as f32));
+                // Not across a panorama from one side to the other.
+                if let (Some(a), Some(b)) = (before, here)
+                    && (a.0 - b.0).abs().cmplt(0.5 * self.picture).all()
+                {
+                    line(canvas, [a, b], color, width, strength);
+                }
+                before = here;
+            }
+            return;
+        }
         let near = -NEAR * a.length().max(b.length());
         if a.z > near && b.z > near {
             return;
@@ -101,6 +128,26 @@ impl Wires {
             ((plane + 1.0) * 0.5 * self.picture, -1.0 / p.z)
         };
         line(canvas, [project(a), project(b)], color, width, strength);
+    }
+}
+
+impl Wires {
+    // Where a point of the camera's space is in pixels, and 1 / depth, where the projection is no perspective.
+    fn bent(&self, p: Vec3) -> Option<(Vec2, f32)> {
+        let aside = Vec2::new(p.x, -p.y);
+        let (plane, depth) = match self.features {
+            FEATURE_ORTHOGRAPHIC => (aside / self.half, -p.z),
+            FEATURE_PANORAMA => {
+                let latitude = p.y.atan2(Vec2::new(p.x, p.z).length());
+                (Vec2::new(p.x.atan2(-p.z) / PI, -2.0 * latitude / PI), p.length())
+            }
+            _ => {
+                let radius = aside.length().atan2(-p.z) / (2.0 * PI * self.edge);
+                let depth = if radius <= 1.0 { p.length() } else { 0.0 };
+                (radius * aside.normalize_or_zero() / self.half, depth)
+            }
+        };
+        (depth > 0.0).then(|| ((plane + 1.0) * 0.5 * self.picture, 1.0 / depth))
     }
 }
 

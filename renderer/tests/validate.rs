@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use kinora_kernel::Packed;
-use kinora_kernel::generated::PRIMITIVE_OTHER;
+use kinora_kernel::generated::{FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_PANORAMA, PRIMITIVE_OTHER};
 use kinora_kernel::query::Compressed;
 use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
 use kinora_renderer::{Backend, BackendError, pack};
@@ -54,6 +54,13 @@ fn wrong_numbers() {
     check("the kind of materials[20]", |p| p.materials[20].kind.x = 1000);
     check("the kind of lights[0]", |p| p.lights[0].kind.x = 1000);
     check("the shape of lights[0] is 21, and must be below 21", |p| p.lights[0].kind.y = 21);
+    check("the number of projections", |p| p.params.features |= FEATURE_FISHEYE | FEATURE_PANORAMA);
+    check("a lens without corners", |p| p.params.features |= FEATURE_BLADES);
+    check("a lens's first corner", |p| {
+        p.params.features |= FEATURE_BLADES;
+        (p.params.camera_x.w, p.params.camera_y.w) = (5.0, f32::NAN);
+    });
+    check("a fisheye's edge", |p| p.params.features |= FEATURE_FISHEYE);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What the end-to-end tests share.
 
 pub mod measure;
+pub mod picture;
 pub mod reference;
 
 /// A GPU device, a software one if need be, with the adapter's own limits; `None` where the machine has no adapter and

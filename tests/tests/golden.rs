@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use kinora_renderer::{Choice, develop};
+use kinora_tests::picture::{mean_difference, read_png, write_png};
 use kinora_tests::{gpu, render, scene};
 
 /// Largest mean difference of 8-bit values that a backend may show. The CPU gives the same bits everywhere but for the
@@ -24,6 +25,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("bvh", 0),
     ("night", 0),
     ("sky", 48),
+    ("lens", 0),
 ];
 
 const SIZE: [u32; 2] = [96, 72];
@@ -42,29 +44,6 @@ fn golden_path(name: &str, frame: i64) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("golden/{name}.{frame:04}.png"))
 }
 
-fn write_png(path: &Path, rgb: &[u8]) {
-    std::fs::create_dir_all(path.parent().expect("a picture has a folder")).expect("the folder can be made");
-    let mut encoder =
-        png::Encoder::new(std::fs::File::create(path).expect("a picture can be written"), SIZE[0], SIZE[1]);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().expect("a header");
-    writer.write_image_data(rgb).expect("pixels");
-}
-
-fn read_png(path: &Path) -> Vec<u8> {
-    let file = std::fs::File::open(path)
-        .unwrap_or_else(|error| panic!("{}: {error}; KINORA_BLESS=1 makes golden pictures", path.display()));
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a PNG");
-    let mut rgb = vec![0; reader.output_buffer_size().expect("a small picture")];
-    reader.next_frame(&mut rgb).expect("pixels");
-    rgb
-}
-
-fn mean_difference(a: &[u8], b: &[u8]) -> f64 {
-    assert_eq!(a.len(), b.len(), "the golden picture has another size");
-    a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64
-}
-
 // A page with both pictures and their difference, ten times.
 fn report(backend: &str, failures: &[(String, Vec<u8>, Vec<u8>, f64)]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden-{backend}"));
@@ -75,7 +54,7 @@ fn report(backend: &str, failures: &[(String, Vec<u8>, Vec<u8>, f64)]) -> PathBu
         page += &format!("<h2>{name}: mean difference {difference:.3}</h2>");
         for (kind, rgb) in [("golden", golden), ("got", got), ("difference", &shown)] {
             let file = format!("{name}.{kind}.png");
-            write_png(&folder.join(&file), rgb);
+            write_png(&folder.join(&file), SIZE, rgb);
             page += &format!("<img src='{file}' title='{kind}'> ");
         }
     }
@@ -90,7 +69,7 @@ fn check(backend: &str, choice: Choice, tolerance: f64) {
         let got = picture(name, frame, choice);
         let path = golden_path(name, frame);
         if choice == Choice::Cpu && std::env::var_os("KINORA_BLESS").is_some_and(|v| v == "1") {
-            write_png(&path, &got);
+            write_png(&path, SIZE, &got);
         }
         let golden = read_png(&path);
         let difference = mean_difference(&golden, &got);

@@ -214,7 +214,7 @@ const CASES: &[Case] = &[
         name: "a lens before lamps of all shapes",
         render: "max_bounces: 2",
         scene: "
-            camera { position: (0, 0.5, 4), look_at: (0, 0.3, 0), fov: 30deg, aperture: 40cm, focus: 3.5m }
+            camera { position: (0, 0.5, 4), look_at: (0, 0.3, 0), fov: 30deg, aperture: 40cm, focus: 3.5m, blades: 5, blade_rotation: 20deg }
             plane { material: diffuse { color: grey(0.6) } }
             box { position: (-0.8, 0.4, 0), size: (0.4, 0.3, 0.5), rotation: euler(x: 20deg, y: 40deg, z: 0deg),
                 material: emitter { color: linear(3, 1, 1) } }

@@ -1,7 +1,10 @@
 //! Small scenes for tests.
 
 use glam::DVec3;
-use kinora_scene::{Aim, Animated, Camera, Clock, Look, Material, Node, Placing, Render, Scene, Shape, Tonemap, Track};
+use kinora_scene::{
+    Aim, Animated, Blades, Camera, Clock, Look, Material, Node, Placing, Projection, Render, Scene, Shape, Tonemap,
+    Track,
+};
 
 /// A camera at (0, 0, 5) that looks along −z and one white sphere, `ball`, at the origin.
 pub fn scene() -> Scene {
@@ -24,9 +27,10 @@ pub fn camera(position: DVec3, target: DVec3) -> Camera<Animated> {
         parent: None,
         position: position.into(),
         aim: Aim::Point { target: target.into(), up: DVec3::Y.into() },
-        fov: 0.7.into(),
+        projection: Projection::Perspective { fov: 0.7.into() },
         aperture_m: 0.0.into(),
         focus_m: None,
+        blades: Blades::default(),
     }
 }
 

@@ -12,7 +12,7 @@ use exr::meta::header::LayerAttributes;
 use exr::prelude::{Blocks, Compression, WritableImage};
 use glam::{DMat4, DVec4, Vec3};
 use kinora_renderer::{Film, Seen, measure};
-use kinora_scene::World;
+use kinora_scene::{Projection, World};
 
 use super::{Layers, SOFTWARE, Stamp};
 
@@ -29,7 +29,7 @@ pub(super) fn encode(film: &Film, world: &World, layers: Layers, stamp: &Stamp) 
     attributes.exposure = Some((world.shutter.close_s - world.shutter.open_s) as f32);
     let (to_camera, to_device) = matrices(world);
     attributes.world_to_camera = Some(to_camera);
-    attributes.world_to_normalized_device = Some(to_device);
+    attributes.world_to_normalized_device = to_device;
     let entries = stamp.entries().into_iter();
     attributes.other = entries.map(|(name, value)| (text_of(name), AttributeValue::Text(text_of(&value)))).collect();
     let window = film.window();
@@ -81,19 +81,35 @@ fn channels(film: &Film, layers: Layers) -> AnyChannels<FlatSamples> {
 }
 
 // From the world to the camera, which looks along its own -z, and to the picture: x and y from -1, left and bottom, to 1.
-// OpenEXR's vectors are rows.
-fn matrices(world: &World) -> ([f32; 16], [f32; 16]) {
+// OpenEXR's vectors are rows. No matrix bends straight lines.
+fn matrices(world: &World) -> ([f32; 16], Option<[f32; 16]>) {
     let camera = DMat4::from(world.view.world_from_camera.inverse());
     let [width, height] = world.render.resolution.map(f64::from);
-    // Depth runs from -1 at 1 cm to 1 infinitely far away.
-    let (scale, near) = (1.0 / (0.5 * world.view.fov).tan(), 0.01);
-    let device = DMat4::from_cols(
-        DVec4::X * (scale * height / width),
-        DVec4::Y * scale,
-        DVec4::new(0.0, 0.0, -1.0, -1.0),
-        DVec4::Z * (-2.0 * near),
-    ) * camera;
-    (camera.as_mat4().to_cols_array(), device.as_mat4().to_cols_array())
+    let device = match world.view.projection {
+        // Depth runs from -1 at 1 cm to 1 infinitely far away.
+        Projection::Perspective { fov } => {
+            let (scale, near) = (1.0 / (0.5 * fov).tan(), 0.01);
+            Some(DMat4::from_cols(
+                DVec4::X * (scale * height / width),
+                DVec4::Y * scale,
+                DVec4::new(0.0, 0.0, -1.0, -1.0),
+                DVec4::Z * (-2.0 * near),
+            ))
+        }
+        // Depth runs from -1 at the eye to 1 at twice the distance in focus.
+        Projection::Orthographic { height_m } => {
+            let scale = 2.0 / height_m;
+            Some(DMat4::from_cols(
+                DVec4::X * (scale * height / width),
+                DVec4::Y * scale,
+                DVec4::Z * (-1.0 / world.view.focus_m),
+                DVec4::new(0.0, 0.0, -1.0, 1.0),
+            ))
+        }
+        Projection::Panorama | Projection::Fisheye { .. } => None,
+    };
+    let to_device = device.map(|device| (device * camera).as_mat4().to_cols_array());
+    (camera.as_mat4().to_cols_array(), to_device)
 }
 
 // Hours, minutes, seconds and frames, as long as a tape has them: of whole frames of the first day at up to 30 a second.

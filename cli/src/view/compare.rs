@@ -1,8 +1,8 @@
 //! What the viewer wants to know of a scene, and of two versions of it.
 
 use kinora_scene::{
-    Aim, Animated, Beam, Bsdf, Camera, Emission, Light, LightKind, Material, Reflectance, Scene, Shape, Sky, SkyLight,
-    Track,
+    Aim, Animated, Beam, Bsdf, Camera, Emission, Light, LightKind, Material, Projection, Reflectance, Scene, Shape,
+    Sky, SkyLight, Track,
 };
 
 /// Whether the picture is taken as before: by a camera of the same name, place and aim. Where nodes come and go their
@@ -73,9 +73,16 @@ fn camera_moves(camera: &Camera<Animated>) -> bool {
         Aim::Node { up, .. } => runs(up),
     };
     aim || runs(&camera.position)
-        || runs(&camera.fov)
+        || projection_moves(&camera.projection)
         || runs(&camera.aperture_m)
         || camera.focus_m.as_ref().is_some_and(runs)
+}
+
+fn projection_moves(projection: &Projection<Animated>) -> bool {
+    match projection {
+        Projection::Perspective { fov } | Projection::Fisheye { fov } => runs(fov),
+        Projection::Orthographic { .. } | Projection::Panorama => false,
+    }
 }
 
 fn material_moves(material: &Material<Animated>) -> bool {
@@ -104,7 +111,7 @@ fn material_moves(material: &Material<Animated>) -> bool {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use kinora_scene::{Clock, Key, Keys, Look, Node, Outside, Placing, Render, Space, Tonemap};
+    use kinora_scene::{Blades, Clock, Key, Keys, Look, Node, Outside, Placing, Render, Space, Tonemap};
 
     use super::*;
 
@@ -129,9 +136,10 @@ mod tests {
             parent: None,
             position: DVec3::Z.into(),
             aim,
-            fov: 0.7.into(),
+            projection: Projection::Perspective { fov: 0.7.into() },
             aperture_m: 0.0.into(),
             focus_m: None,
+            blades: Blades::default(),
         };
         Scene {
             render: Render::default(),
@@ -168,7 +176,8 @@ mod tests {
             new.cameras.insert(0, Camera { name: "spare".into(), ..new.cameras[0].clone() });
             new.camera = Some(1);
         });
-        check(false, |new| new.cameras[0].fov = 0.8.into());
+        check(false, |new| new.cameras[0].projection = Projection::Perspective { fov: 0.8.into() });
+        check(false, |new| new.cameras[0].projection = Projection::Panorama);
         check(false, |new| new.nodes[0].name = "another".into());
         check(false, |new| new.camera = None);
     }
@@ -185,6 +194,7 @@ mod tests {
         check(true, |scene| scene.nodes[0].visible = keys(false));
         check(true, |scene| scene.nodes[0].shape = Some(Shape::Sphere { radius_m: keys(1.0) }));
         check(true, |scene| scene.cameras[0].focus_m = Some(keys(1.0)));
+        check(true, |scene| scene.cameras[0].projection = Projection::Fisheye { fov: keys(1.0) });
         check(true, |scene| scene.cameras[0].aim = Aim::Node { target: 0, up: keys(DVec3::Y) });
         check(true, |scene| scene.look.exposure = keys(1.0));
         check(true, |scene| scene.materials[0].opacity = keys(0.5));

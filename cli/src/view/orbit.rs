@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use kinora_scene::{Aim, Scene, Shutter, View};
+use kinora_scene::{Aim, Projection, Scene, Shutter, View};
 
 /// How near to straight up or down the view may turn, in radians.
 const POLE: f64 = 1e-3;
@@ -66,12 +66,19 @@ impl Orbit {
     /// Moves across the picture by a drag, given in heights of the picture, to the right and down. What lies at the
     /// pivot's distance follows the hand.
     pub fn pan(&mut self, drag: [f64; 2]) {
-        let height_m = 2.0 * self.distance_m * (self.view.fov * 0.5).tan();
+        // In the middle of the picture.
+        let height_m = match self.view.projection {
+            Projection::Perspective { fov } => 2.0 * self.distance_m * (fov * 0.5).tan(),
+            Projection::Orthographic { height_m } => height_m,
+            Projection::Panorama => self.distance_m * PI,
+            Projection::Fisheye { fov } => self.distance_m * fov,
+        };
         let axes = self.axes();
         self.view.world_from_camera.translation += (axes.y_axis * drag[1] - axes.x_axis * drag[0]) * height_m;
     }
 
-    /// Goes along the axis until the pivot is `factor` times as far away. What is in focus stays in focus.
+    /// Goes along the axis until the pivot is `factor` times as far away. What is in focus stays in focus. Where nearness
+    /// makes nothing larger, the picture spans less.
     pub fn dolly(&mut self, factor: f64) {
         let distance_m = self.distance_m * factor;
         if !REACH_M.contains(&distance_m) {
@@ -82,6 +89,9 @@ impl Orbit {
         self.view.world_from_camera.translation += axis * back_m;
         self.view.focus_m = (self.view.focus_m + back_m).max(*REACH_M.start());
         self.distance_m = distance_m;
+        if let Projection::Orthographic { height_m } = &mut self.view.projection {
+            *height_m = (*height_m * factor).clamp(*REACH_M.start(), *REACH_M.end());
+        }
     }
 }
 
@@ -92,11 +102,15 @@ fn orthonormal(axes: DMat3) -> DMat3 {
 
 #[cfg(test)]
 mod tests {
+    use kinora_scene::Blades;
+
     use super::*;
 
     fn orbit() -> Orbit {
         let world_from_camera = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
-        Orbit { view: View { world_from_camera, fov: FRAC_PI_2, aperture_m: 0.1, focus_m: 6.0 }, distance_m: 5.0 }
+        let projection = Projection::Perspective { fov: FRAC_PI_2 };
+        let view = View { world_from_camera, projection, aperture_m: 0.1, focus_m: 6.0, blades: Blades::default() };
+        Orbit { view, distance_m: 5.0 }
     }
 
     fn eye(orbit: &Orbit) -> DVec3 {
@@ -143,6 +157,26 @@ mod tests {
         let mut orbit = orbit();
         orbit.pan([0.5, 0.25]);
         close(eye(&orbit), DVec3::new(-5.0, 2.5, 5.0));
+    }
+
+    #[test]
+    fn every_projection_is_in_the_hand() {
+        // (projection, how far a drag of a height goes)
+        for (projection, expected) in [
+            (Projection::Orthographic { height_m: 3.0 }, 3.0),
+            (Projection::Panorama, 5.0 * PI),
+            (Projection::Fisheye { fov: 2.0 }, 10.0),
+        ] {
+            let mut orbit = orbit();
+            orbit.view.projection = projection;
+            orbit.pan([0.0, 1.0]);
+            close(eye(&orbit), DVec3::new(0.0, expected, 5.0));
+        }
+        let mut orbit = orbit();
+        orbit.view.projection = Projection::Orthographic { height_m: 3.0 };
+        orbit.dolly(0.5);
+        close(eye(&orbit), DVec3::new(0.0, 0.0, 2.5));
+        assert_eq!(orbit.view.projection, Projection::Orthographic { height_m: 1.5 });
     }
 
     #[test]

@@ -229,12 +229,47 @@ pub struct Camera<R: Rate> {
     pub position: R::Of<DVec3>,
     /// Where it looks.
     pub aim: Aim<R>,
-    /// Vertical field of view in radians, across the image's height; above 0, below π.
-    pub fov: R::Of<f64>,
-    /// Lens diameter in metres; 0 is a pinhole.
+    /// How the world falls on the picture.
+    pub projection: Projection<R>,
+    /// Lens diameter in metres; 0 is a pinhole. Only a perspective has a lens.
     pub aperture_m: R::Of<f64>,
     /// Distance along the axis to the plane in focus, in metres. `None`: that of the point aimed at.
     pub focus_m: Option<R::Of<f64>>,
+    /// The lens's edge.
+    pub blades: Blades,
+}
+
+/// How the world falls on the picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub enum Projection<R: Rate> {
+    /// Straight lines stay straight; what is far is small.
+    Perspective {
+        /// Field of view in radians, across the image's height; above 0, below π.
+        fov: R::Of<f64>,
+    },
+    /// All rays are parallel to the axis.
+    Orthographic {
+        /// Metres across the image's height, above 0.
+        height_m: f64,
+    },
+    /// All directions, equirectangular: longitude from −x over −z in the middle to +x, latitude from +y down to −y.
+    Panorama,
+    /// Equidistant: the distance from the picture's middle is proportional to the angle from the axis. The circle is as wide
+    /// as the image is high, and outside of it is nothing.
+    Fisheye {
+        /// Field of view in radians, across the circle; above 0, at most 2π.
+        fov: R::Of<f64>,
+    },
+}
+
+/// The edge of a lens: a regular polygon inscribed in the circle of its aperture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Blades {
+    /// Corners, 3 or more; 0: the circle itself.
+    pub count: u32,
+    /// Angle of the first corner, from +x towards +y, in radians.
+    pub rotation: f64,
 }
 
 /// Where a camera looks.

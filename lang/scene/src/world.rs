@@ -3,7 +3,7 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Color, Light, Look, Material, Render, Shape, Shutter, Sky, SkyLight, Still};
+use crate::{Blades, Color, Light, Look, Material, Projection, Render, Shape, Shutter, Sky, SkyLight, Still};
 
 /// What the renderer draws.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,12 +73,14 @@ pub struct Copied {
 pub struct View {
     /// Rotation and position, no scale. The camera looks along its own −z, x to the right, y up.
     pub world_from_camera: DAffine3,
-    /// Vertical field of view in radians, above 0, below π.
-    pub fov: f64,
-    /// Lens diameter in metres, 0 or more.
+    /// How the world falls on the picture.
+    pub projection: Projection<Still>,
+    /// Lens diameter in metres, 0 or more; 0 unless it is a perspective.
     pub aperture_m: f64,
     /// Distance along the axis to the plane in focus, in metres, above 0.
     pub focus_m: f64,
+    /// The lens's edge.
+    pub blades: Blades,
 }
 
 /// A shape in the world.

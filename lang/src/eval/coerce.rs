@@ -711,8 +711,15 @@ impl<'a> Machine<'a> {
                 row("E0406", format!("{name} must be at least 1"), index, help)
             }
             Check::Fov => {
-                let index = find(&|v| v <= 0.0 || v >= std::f64::consts::PI)?;
-                row("E0408", "field of view must be between 0 and 180deg".into(), index, "")
+                if let Some(index) = find(&|v| v <= 0.0) {
+                    return row("E0408", "field of view must be between 0 and 180deg".into(), index, "");
+                }
+                let index = find(&|v| v > std::f64::consts::TAU + 1e-9)?;
+                row("E0408", "field of view must be at most 360deg".into(), index, "")
+            }
+            Check::Blades => {
+                let index = find(&|v| v != 0.0 && !(3.0..=65_535.0).contains(&v))?;
+                row("E0401", format!("{name} must be 0 or within 3..65535"), index, "0 is a round lens")
             }
             Check::Shutter => {
                 let index = find(&|v| !(0.0..=std::f64::consts::TAU + 1e-9).contains(&v))?;

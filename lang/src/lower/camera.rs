@@ -3,10 +3,11 @@
 use std::rc::Rc;
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Aim, Animated, Camera, Track};
+use kinora_scene::{Aim, Animated, Blades, Camera, Projection, Track};
 
 use super::{InnerUse, Lower, read};
 use crate::diagnostic::Diagnostic;
+use crate::dimension::short;
 use crate::eval::coerce::Data;
 use crate::eval::machine::NodeValue;
 use crate::value::NodeId;
@@ -25,9 +26,95 @@ impl<'a> Lower<'_, 'a> {
             parent,
             position,
             aim,
-            fov: read::track(self.machine, &node, "fov"),
+            projection: self.projection(id, &node),
             aperture_m: read::track(self.machine, &node, "aperture"),
             focus_m: read::track_if_set(self.machine, &node, "focus"),
+            blades: Blades {
+                count: read::number(&node, "blades") as u32,
+                rotation: read::number(&node, "blade_rotation"),
+            },
+        }
+    }
+
+    fn projection(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Projection<Animated> {
+        let word = read::word(node, "projection");
+        self.without_effect(id, node, word);
+        match word {
+            "orthographic" => {
+                if read::set(node, "height").is_none() {
+                    let place = read::set(node, "projection").map_or(self.span(id), |set| set.expr.span);
+                    let diagnostic = Diagnostic::new("E0207", "an orthographic camera needs `height`")
+                        .primary(self.machine.file(), place, "how much does it see?")
+                        .help("add the metres across the picture's height: `height: 2m`");
+                    self.report(id, diagnostic);
+                }
+                Projection::Orthographic { height_m: read::number(node, "height") }
+            }
+            "panorama" => Projection::Panorama,
+            "fisheye" => {
+                let half_of_all = Track::Const(std::f64::consts::PI);
+                Projection::Fisheye { fov: read::track_if_set(self.machine, node, "fov").unwrap_or(half_of_all) }
+            }
+            _ => {
+                self.not_too_wide(id, node);
+                Projection::Perspective { fov: read::track(self.machine, node, "fov") }
+            }
+        }
+    }
+
+    /// E0408: more than a flat picture can show.
+    fn not_too_wide(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) {
+        let Some(set) = read::set(node, "fov") else { return };
+        let widest = match &set.data {
+            Some(Data::Keys(keys)) => keys.iter().flat_map(|key| key.parts.iter().copied()).fold(0.0, f64::max),
+            Some(data) => data.constants().and_then(|parts| parts.first().copied()).unwrap_or(0.0),
+            None => 0.0,
+        };
+        if widest >= std::f64::consts::PI {
+            let label = format!("this is {}deg", short(widest.to_degrees()));
+            let diagnostic = Diagnostic::new("E0408", "field of view must be between 0 and 180deg")
+                .primary(self.machine.file(), set.expr.span, label)
+                .help("a wider one needs `projection: fisheye`");
+            self.report(id, diagnostic);
+        }
+    }
+
+    /// W0416: what another property, or its absence, makes meaningless.
+    fn without_effect(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, projection: &str) {
+        let file = self.machine.file();
+        let is_zero = |name: &str| {
+            read::data(node, name)
+                .is_none_or(|data| data.constants().is_some_and(|parts| parts.iter().all(|v| *v == 0.0)))
+        };
+        let flat = projection == "perspective";
+        let mut report = |name: &str, why: &str, help: String| {
+            let Some(set) = read::set(node, name) else { return };
+            let mut diagnostic = Diagnostic::new("W0416", format!("`{name}` has no effect {why}"))
+                .primary(file, set.name, "changes nothing")
+                .help(help);
+            if let Some(word) = read::set(node, "projection").filter(|_| why.starts_with("with `")) {
+                diagnostic = diagnostic.label(file, word.expr.span, "of another kind");
+            }
+            self.report(id, diagnostic);
+        };
+        let with = format!("with `projection: {projection}`");
+        let all = projection == "panorama";
+        if all || projection == "orthographic" {
+            let help = if all { "remove it: a panorama shows all directions" } else { "write `height`" };
+            report("fov", &with, help.into());
+        }
+        if projection != "orthographic" {
+            let help = if all { "remove it" } else { "write `fov`, or add the projection" };
+            report("height", "without `projection: orthographic`", help.into());
+        }
+        for name in ["aperture", "blades"].into_iter().filter(|name| !flat && !is_zero(name)) {
+            report(name, &with, "remove it: only a perspective has a lens".into());
+        }
+        if flat && !is_zero("blades") && is_zero("aperture") {
+            report("blades", "without `aperture`", "add the diameter of the lens: `aperture: 2cm`".into());
+        }
+        if !is_zero("blade_rotation") && is_zero("blades") {
+            report("blade_rotation", "without `blades`", "add the number of corners: `blades: 6`".into());
         }
     }
 

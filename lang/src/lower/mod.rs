@@ -353,6 +353,9 @@ impl<'a> Lower<'_, 'a> {
             self.machine.report(diagnostic);
             return;
         }
+        if self.meshes.iter().any(MeshRequest::may_shine) {
+            return;
+        }
         let shines = |node: &Node| node.shape.is_some() && shining.get(node.material) == Some(&true);
         let emitter = scene.nodes.iter().any(shines);
         // A sky whose light is in error is dark only because of that.

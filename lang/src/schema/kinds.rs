@@ -34,10 +34,6 @@ const fn now(name: &'static str) -> Choice {
     Choice { name, since: Since::Now }
 }
 
-const fn later(name: &'static str) -> Choice {
-    Choice { name, since: Since::Later }
-}
-
 const fn si(dimension: Dimension, bare: Bare) -> Type {
     Type::Number(dimension, bare)
 }
@@ -186,18 +182,18 @@ const CAMERA: &[Property] = &[
     row("parent", Type::Placed, Default::Computed, "the node it moves with"),
     row(
         "projection",
-        Type::Choice(&[now("perspective"), later("orthographic"), later("panorama"), later("fisheye")]),
+        Type::Choice(&[now("perspective"), now("orthographic"), now("panorama"), now("fisheye")]),
         Default::Word("perspective"),
         "how the world falls on the picture",
     ),
     row("fov", ANGLE, Default::Number(40.0 * std::f64::consts::PI / 180.0), "field of view across the image's height")
         .check(Check::Fov)
         .moving(),
-    row("height", LENGTH, Default::Computed, "of an orthographic picture").check(Check::Above0).later(),
+    row("height", LENGTH, Default::Computed, "metres across an orthographic picture's height").check(Check::Above0),
     row("aperture", LENGTH, ZERO, "diameter of the lens; 0 is a pinhole").check(Check::AtLeast0).moving(),
     row("focus", LENGTH, Default::Computed, "distance to the plane in focus").check(Check::Above0).moving(),
-    row("blades", Type::Count, ZERO, "corners of the lens; 0 is round").check(Check::AtLeast0).only_default(),
-    row("blade_rotation", ANGLE, ZERO, "first corner from +x").later(),
+    row("blades", Type::Count, ZERO, "corners of the lens; 0 is round").check(Check::Blades),
+    row("blade_rotation", ANGLE, ZERO, "first corner from +x, counter-clockwise in the picture"),
 ];
 
 const SKY: &[Property] = &[

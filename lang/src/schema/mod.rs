@@ -227,8 +227,10 @@ pub enum Check {
     NotZero,
     /// 1 or more: E0406.
     Ior,
-    /// Above 0deg, below 180deg: E0408.
+    /// Above 0deg, at most 360deg: E0408. What else holds for a projection is the camera's own check.
     Fov,
+    /// 0, or 3..65535: E0401.
+    Blades,
     /// 0deg..360deg: E0401.
     Shutter,
     /// 0deg or more, below 180deg: E0401.

@@ -11,7 +11,7 @@ struct Features {
     cover: f32,
     /// Shading normal in the world, on the side of the eye.
     normal: vec3<f32>,
-    /// Metres from the eye along the camera's axis.
+    /// Metres from the eye along the camera's axis; of a panorama or a fisheye, along the ray.
     depth: f32,
     /// In the world, metres.
     position: vec3<f32>,
@@ -51,7 +51,11 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
         seen.albedo = min(bsdf_colour(b) + emitted, vec3<f32>(1.0));
         seen.cover = 1.0;
         seen.normal = v.frame.z;
-        seen.depth = dot(params.camera_eye.xyz - s.p, params.camera_z.xyz);
+        let to_eye = params.camera_eye.xyz - s.p;
+        seen.depth = dot(to_eye, params.camera_z.xyz);
+        if (params.features & (FEATURE_PANORAMA | FEATURE_FISHEYE)) != 0u {
+            seen.depth = length(to_eye);
+        }
         seen.position = s.p;
         seen.id = shapes[select(hit.instance, s.shape, hit.instance == NONE)].index.w + 1u;
         return seen;

@@ -108,7 +108,7 @@ fn path_start(pixel: vec2<u32>, sample: u32) -> Path {
     path.pdf = DELTA_PDF;
     path.eta_scale = 1.0;
     path.media = params.media;
-    path.alive = true;
+    path.alive = (params.features & FEATURE_FISHEYE) == 0u || dot(ray.d, ray.d) > 0.0;
     return path;
 }
 

@@ -54,6 +54,12 @@ const FEATURE_LIGHT_TREE: u32 = 0x00800000u;
 const FEATURE_BEAM: u32 = 0x01000000u;
 /// Emitters whose light varies over their surface.
 const FEATURE_GLOW: u32 = 0x08000000u;
+/// The camera is no perspective but this; at most one of them.
+const FEATURE_ORTHOGRAPHIC: u32 = 0x20000000u;
+const FEATURE_PANORAMA: u32 = 0x40000000u;
+const FEATURE_FISHEYE: u32 = 0x80000000u;
+/// Its lens has corners.
+const FEATURE_BLADES: u32 = 0x10000000u;
 /// A shape of shapes.wgsl.
 const FEATURE_OTHER: u32 = 2u;
 /// Copies of parts: OTHER_INSTANCE.
@@ -87,13 +93,15 @@ const TABLE_ALBEDO: u32 = 260u;
 
 /// What holds for the whole picture.
 struct Params {
-    /// Columns of the camera's rotation; w unused.
+    /// Columns of the camera's rotation. In their w: how many corners the lens has, the angle of the first, and a fisheye's
+    /// angle from the axis to its edge, both angles in turns.
     camera_x: vec4<f32>,
     camera_y: vec4<f32>,
     camera_z: vec4<f32>,
     /// The eye in the world; w: lens radius in metres.
     camera_eye: vec4<f32>,
-    /// Half extents of the image plane at distance 1, then the distance to the plane in focus.
+    /// Half extents of the image, then the distance to the plane in focus. Perspective: at distance 1; orthographic:
+    /// metres; fisheye: radii of its circle; panorama: 1.
     camera_film: vec4<f32>,
     /// Radiance, or the factor of the sky's map; w: 1 if the camera sees the sky and suns, else 0.
     sky: vec4<f32>,

@@ -188,8 +188,20 @@ macro_rules! lanes {
                         let sample = w::U::gather(|k| starts[k].1);
                         path = PathLanes::select(fresh, lanes.path_start(fresh, pixel, sample), path);
                         active = active.or(fresh);
+                        // Some have ended before they began: no light comes from beside a fisheye's circle.
+                        let ended = fresh.and_not(path.alive);
+                        if ended.any() {
+                            let result = lanes.path_light(ended, path);
+                            for k in (0..LANES).filter(|&k| ended.get(k)) {
+                                light[slot[k]] = result.get(k);
+                            }
+                            active = active.and_not(ended);
+                        }
                     }
                     if active.none() {
+                        if next < light.len() {
+                            continue;
+                        }
                         return;
                     }
                     let hit = lanes.closest_hit(active, path.o, path.d, path.start);

@@ -5,9 +5,10 @@ use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
-    FEATURE_LIGHT_TREE, FEATURE_SKY_MAP, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_SIZE,
-    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS,
-    PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_LIGHT_TREE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_SKY_MAP,
+    FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX,
+    MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE,
+    TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -106,8 +107,30 @@ impl Packed {
         for medium in self.params.media.to_array() {
             at.below_or_none("a medium around the eye", medium, self.materials.len())?;
         }
+        self.validate_camera(at)?;
         let tables = TABLE_ALBEDO as usize + albedo::tables().len();
         at.below("the last entry of the tables", tables as u64 - 1, self.tables.len())
+    }
+
+    // No index depends on the camera, but what is out of range has no ray.
+    fn validate_camera(&self, at: At) -> Result<(), Invalid> {
+        let params = &self.params;
+        let projections = params.features & (FEATURE_ORTHOGRAPHIC | FEATURE_PANORAMA | FEATURE_FISHEYE);
+        at.below("the number of projections", projections.count_ones().into(), 2)?;
+        if params.features & FEATURE_BLADES != 0 {
+            let corners = params.camera_x.w;
+            at.below(
+                "a lens without corners",
+                u64::from(!(3.0..=65_535.0).contains(&corners) || corners.fract() != 0.0),
+                1,
+            )?;
+            at.below("a lens's first corner, beyond a turn", u64::from(!(0.0..=1.0).contains(&params.camera_y.w)), 1)?;
+        }
+        if params.features & FEATURE_FISHEYE != 0 {
+            let edge = params.camera_z.w;
+            at.below("a fisheye's edge, which is no angle", u64::from(!(f32::MIN_POSITIVE..=0.5).contains(&edge)), 1)?;
+        }
+        Ok(())
     }
 
     // What `kind` refers to; walks down a tree of materials count their steps, that along emitters ends by itself.

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use common::{Random, SphereBins, check_counts, check_rejects};
 use glam::{Mat3, UVec2, Vec2, Vec3, Vec4};
 use kinora_kernel::Packed;
-use kinora_kernel::generated::{DIM_LENS, FILTER_CELLS};
+use kinora_kernel::generated::{DIM_LENS, FEATURE_BLADES, FILTER_CELLS};
 
 #[test]
 fn the_square_fills_the_disc_evenly() {
@@ -157,6 +157,36 @@ fn all_of_the_lens_looks_at_the_focus() {
         }
         assert!((f64::from(outer) / f64::from(COUNT) - 0.5).abs() < 0.02, "{outer} in the outer half of the lens");
     });
+}
+
+/// The polygon's triangles about its middle are filled evenly, and nothing else is.
+#[test]
+fn a_lens_with_corners_is_filled_evenly() {
+    const RINGS: usize = 8;
+    const COUNT: usize = 400_000;
+    for (corners, turn) in [(3, 0.0), (5, 0.13), (6, 0.0), (11, 0.9)] {
+        let mut packed = Packed::empty();
+        packed.params.features = FEATURE_BLADES;
+        (packed.params.camera_x.w, packed.params.camera_y.w) = (corners as f32, turn);
+        packed.with_kernel(|k| {
+            let mut random = Random(5);
+            // By triangle, by ring between similar polygons, by half of the edge.
+            let mut observed = vec![0.0; corners * RINGS * 2];
+            for _ in 0..COUNT {
+                let p = k.lens_point(random.square());
+                let (radius, angle) = (f64::from(p.length()), f64::from(p.y).atan2(f64::from(p.x)) / (2.0 * PI));
+                let along = (angle - f64::from(turn)).rem_euclid(1.0) * corners as f64;
+                let from_middle = (along.fract() - 0.5) * 2.0 * PI / corners as f64;
+                let reach = radius * from_middle.cos() / (PI / corners as f64).cos();
+                assert!(reach < 1.0 + 1e-5, "{p} is outside of {corners} corners turned by {turn}");
+                let ring = ((reach * reach * RINGS as f64) as usize).min(RINGS - 1);
+                let triangle = (along as usize).min(corners - 1);
+                observed[(triangle * RINGS + ring) * 2 + usize::from(from_middle > 0.0)] += 1.0;
+            }
+            let expected = vec![COUNT as f64 / observed.len() as f64; observed.len()];
+            check_counts("a lens with corners", 4, &observed, &expected);
+        });
+    }
 }
 
 #[test]

@@ -9,8 +9,9 @@ mod common;
 use common::{Random, compensated, diffuse, flat, glass, glossy, measured, metal, placed, round, widths};
 use glam::{DAffine3, UVec2, UVec4, Vec2, Vec3, Vec4};
 use kinora_kernel::generated::{
-    CHOICE, COMPENSATE, DELTA_PDF, DIELECTRIC_THIN, EMITTER_TWO_SIDED, FAR, FEATURE_CUTOUT, Hit, MATERIAL_EMITTER,
-    MATERIAL_MIX, NONE, PLANE_BIT, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE, Path,
+    CHOICE, COMPENSATE, DELTA_PDF, DIELECTRIC_THIN, EMITTER_TWO_SIDED, FAR, FEATURE_BLADES, FEATURE_CUTOUT,
+    FEATURE_FISHEYE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, Hit, MATERIAL_EMITTER, MATERIAL_MIX, NONE, PLANE_BIT,
+    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE, Path,
 };
 use kinora_kernel::lanes::{Width, eight, sixteen};
 use kinora_kernel::{Kernel, Light, Material, Packed};
@@ -113,6 +114,10 @@ fn scene(r: &mut Random) -> Packed {
     params.plane_count = 2;
     params.primitive_count = PRIMITIVES;
     params.features = [0, FEATURE_CUTOUT][r.bits() as usize % 2];
+    // A fisheye has pixels without a path.
+    params.features |=
+        [0, FEATURE_BLADES, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_FISHEYE][r.bits() as usize % 5];
+    (params.camera_x.w, params.camera_y.w, params.camera_z.w) = (5.0, 0.1, 0.3);
     params.light_chance = [-1.0, 0.3, 1.0][r.bits() as usize % 3];
     params.clamp = [f32::MAX, 2.0][r.bits() as usize % 2];
     packed

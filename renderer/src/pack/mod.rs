@@ -18,18 +18,18 @@ mod tree;
 
 use std::f64::consts::TAU;
 
-use glam::{DVec3, UVec4, Vec4};
+use glam::{UVec4, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{
-    EMITTER_BEAM, EMITTER_GLOW, FEATURE_BEAM, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT, FEATURE_GLOW,
-    FEATURE_INSTANCE, FEATURE_LIGHT_TREE, FEATURE_MATERIAL, FEATURE_OTHER, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT,
-    LIGHT_SUN, MATERIAL_EMITTER, NONE, OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL,
-    TABLE_ALBEDO,
+    EMITTER_BEAM, EMITTER_GLOW, FEATURE_BEAM, FEATURE_BLADES, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT,
+    FEATURE_FISHEYE, FEATURE_GLOW, FEATURE_INSTANCE, FEATURE_LIGHT_TREE, FEATURE_MATERIAL, FEATURE_ORTHOGRAPHIC,
+    FEATURE_OTHER, FEATURE_PANORAMA, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE,
+    OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
 };
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
-use kinora_scene::{Background, LightKind, Mis, Sampler, SkyLight, World};
+use kinora_scene::{Background, LightKind, Mis, Projection, Sampler, SkyLight, World};
 
 use geometry::Geometry;
 use materials::Materials;
@@ -43,6 +43,8 @@ pub enum PackError {
         /// Index into the scene's nodes.
         node: usize,
     },
+    /// The camera lies so far away, or sees so much, that single precision cannot hold it.
+    Camera,
     /// There are more primitives than the kernel can count.
     TooMany {
         /// How many there are.
@@ -100,6 +102,7 @@ impl std::fmt::Display for PackError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             PackError::Coordinates { .. } => write!(f, "a shape lies outside of what single precision can hold"),
+            PackError::Camera => write!(f, "the camera lies outside of what single precision can hold"),
             PackError::TooMany { primitives, limit } => {
                 write!(f, "there are {primitives} triangles, the limit is {limit}")
             }
@@ -241,6 +244,10 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         tables,
         words,
     };
+    let camera = [packed.params.camera_eye, packed.params.camera_film];
+    if camera.iter().any(|v| !v.is_finite()) {
+        return Err(PackError::Camera);
+    }
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
     packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
     Ok(packed)
@@ -327,16 +334,42 @@ fn not_empty<T: Default>(mut items: Vec<T>) -> Vec<T> {
 fn params(world: &World) -> Params {
     let view = &world.view;
     let axes = view.world_from_camera.matrix3;
-    let axis = |v: DVec3| v.as_vec3().extend(0.0);
     let [width, height] = world.render.resolution;
-    let half_height = (view.fov * 0.5).tan();
-    let half_width = half_height * f64::from(width) / f64::from(height);
+    let aspect = f64::from(width) / f64::from(height);
+    let mut features = 0;
+    let mut edge = 0.0;
+    let [half_width, half_height] = match view.projection {
+        Projection::Perspective { fov } => {
+            let half_height = (fov * 0.5).tan();
+            [half_height * aspect, half_height]
+        }
+        Projection::Orthographic { height_m } => {
+            features = FEATURE_ORTHOGRAPHIC;
+            [0.5 * height_m * aspect, 0.5 * height_m]
+        }
+        Projection::Panorama => {
+            features = FEATURE_PANORAMA;
+            [1.0, 1.0]
+        }
+        Projection::Fisheye { fov } => {
+            features = FEATURE_FISHEYE;
+            edge = (fov * 0.5 / TAU) as f32;
+            [aspect, 1.0]
+        }
+    };
+    // Only a perspective has a lens.
+    let aperture_m = if features == 0 { view.aperture_m } else { 0.0 };
+    let corners = if aperture_m > 0.0 { view.blades.count } else { 0 };
+    if corners > 0 {
+        features |= FEATURE_BLADES;
+    }
+    let first_corner = (view.blades.rotation / TAU).rem_euclid(1.0) as f32;
     let sky_seen = world.sky.as_ref().is_none_or(|sky| sky.visible) && world.render.background == Background::Sky;
     Params {
-        camera_x: axis(axes.x_axis),
-        camera_y: axis(axes.y_axis),
-        camera_z: axis(axes.z_axis),
-        camera_eye: view.world_from_camera.translation.as_vec3().extend((view.aperture_m * 0.5) as f32),
+        camera_x: axes.x_axis.as_vec3().extend(corners as f32),
+        camera_y: axes.y_axis.as_vec3().extend(if corners > 0 { first_corner } else { 0.0 }),
+        camera_z: axes.z_axis.as_vec3().extend(edge),
+        camera_eye: view.world_from_camera.translation.as_vec3().extend((aperture_m * 0.5) as f32),
         camera_film: Vec4::new(half_width as f32, half_height as f32, view.focus_m as f32, 0.0),
         sky: world.sky_radiance().extend(if sky_seen { 1.0 } else { 0.0 }),
         window: glam::UVec4::new(0, 0, width, height),
@@ -348,6 +381,7 @@ fn params(world: &World) -> Params {
         },
         max_bounces: world.render.max_bounces,
         roulette_from: world.render.roulette_from,
+        features,
         light_chance: match world.render.mis {
             Mis::Nee => -1.0,
             Mis::OneSample(chance) => chance as f32,

@@ -5,10 +5,10 @@
 mod matter;
 mod solid;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
-use kinora_scene::{Bsdf, Spectrum, World};
+use kinora_scene::{Blades, Bsdf, Projection, Spectrum, World};
 
 use crate::measure::{Estimate, Region};
 use matter::{Lobe, Matter, ior_of};
@@ -30,8 +30,8 @@ pub fn measure(world: &World, [left, top, right, bottom]: Region, paths: u64, se
         let mut sums = (DVec3::ZERO, DVec3::ZERO);
         for _ in 0..CHUNK {
             let film = low + (high - low) * DVec2::new(rng.next(), rng.next());
-            let (o, d) = judge.camera_ray(film, &mut rng);
-            let light = judge.radiance(o, d, &mut rng);
+            let ray = judge.camera_ray(film, &mut rng);
+            let light = ray.map_or(DVec3::ZERO, |(o, d)| judge.radiance(o, d, &mut rng));
             sums = (sums.0 + light, sums.1 + light * light);
         }
         sums
@@ -68,18 +68,51 @@ impl<'w> Judge<'w> {
         Judge { world, solids, matter, media }
     }
 
-    /// A ray through the point of the picture, in pixels from its upper left corner.
-    fn camera_ray(&self, film: DVec2, rng: &mut Rng) -> (DVec3, DVec3) {
+    /// A ray through the point of the picture, in pixels from its upper left corner; `None` where there is no picture.
+    fn camera_ray(&self, film: DVec2, rng: &mut Rng) -> Option<(DVec3, DVec3)> {
         let view = &self.world.view;
         let [width, height] = self.world.render.resolution.map(f64::from);
-        let half = (0.5 * view.fov).tan();
-        let x = (2.0 * film.x / width - 1.0) * half * width / height;
-        let y = (1.0 - 2.0 * film.y / height) * half;
-        let (r, phi) = (0.5 * view.aperture_m * rng.next().sqrt(), TAU * rng.next());
-        let lens = DVec3::new(r * phi.cos(), r * phi.sin(), 0.0);
-        let d = view.focus_m * DVec3::new(x, y, -1.0) - lens;
+        // From the middle to the right and up, in halves of the height.
+        let (x, y) = ((2.0 * film.x - width) / height, 1.0 - 2.0 * film.y / height);
+        let (mut o, d) = (DVec3::ZERO, |x, y| DVec3::new(x, y, -1.0));
+        let d = match view.projection {
+            Projection::Perspective { fov } => {
+                o = self.lens(rng);
+                let half = (0.5 * fov).tan();
+                view.focus_m * d(half * x, half * y) - o
+            }
+            Projection::Orthographic { height_m } => {
+                o = 0.5 * height_m * DVec3::new(x, y, 0.0);
+                DVec3::NEG_Z
+            }
+            Projection::Panorama => {
+                let (longitude, latitude) = ((2.0 * film.x / width - 1.0) * PI, 0.5 * PI * y);
+                DVec3::new(longitude.sin() * latitude.cos(), latitude.sin(), -longitude.cos() * latitude.cos())
+            }
+            Projection::Fisheye { fov } => {
+                let r = x.hypot(y);
+                if r > 1.0 {
+                    return None;
+                }
+                let (sin, cos) = (0.5 * fov * r).sin_cos();
+                DVec3::new(sin * x / r.max(1e-30), sin * y / r.max(1e-30), -cos)
+            }
+        };
         let place = view.world_from_camera;
-        (place.transform_point3(lens), place.transform_vector3(d).normalize())
+        Some((place.transform_point3(o), place.transform_vector3(d).normalize()))
+    }
+
+    /// A point of the lens; of one with corners by rejection.
+    fn lens(&self, rng: &mut Rng) -> DVec3 {
+        let Blades { count, rotation } = self.world.view.blades;
+        loop {
+            let (r, phi) = (rng.next().sqrt(), TAU * rng.next());
+            // The distance of the edge from the middle where it is nearest.
+            let (inner, step) = ((PI / f64::from(count)).cos(), TAU / f64::from(count));
+            if count == 0 || r * ((phi - rotation).rem_euclid(step) - 0.5 * step).cos() <= inner {
+                return 0.5 * self.world.view.aperture_m * r * DVec3::new(phi.cos(), phi.sin(), 0.0);
+            }
+        }
     }
 
     fn radiance(&self, mut o: DVec3, mut d: DVec3, rng: &mut Rng) -> DVec3 {
