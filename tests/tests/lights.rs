@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec4};
+use kinora_lang::files::Memory;
 use kinora_renderer::Choice;
 use kinora_scene::{
     Bsdf, Color, DiffuseModel, Image, Map, Material, Mis, Paint, Projection, Sky, SkyLight, Slot, Texels, Texture,
     UvSet, World,
 };
 use kinora_tests::measure::{Estimate, Kernel, Report};
-use kinora_tests::world;
+use kinora_tests::{world, world_with};
 
 /// A floor of albedo 1/2 seen from above, a millimetre of it.
 const FLOOR: &str = "lang 1
@@ -205,6 +206,39 @@ fn lamps_with_pictures() {
     }
     cases.push(glowing);
     check(cases);
+}
+
+/// A point 2 m above and 1 m aside, a sun at 30 degrees, and a spot whose edge is at 20 degrees, of a model that is
+/// larger than life.
+#[test]
+fn lights_of_a_model() {
+    let (half, full) = (15_f64.to_radians(), 30_f64.to_radians());
+    let down = |tilt: f64| {
+        let angle = -0.25 * PI + 0.5 * tilt;
+        format!("[{}, 0, 0, {}]", angle.sin(), angle.cos())
+    };
+    let model = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {{ "KHR_lights_punctual": {{ "lights": [
+            {{ "type": "point", "intensity": 5, "color": [1, 0.5, 0] }},
+            {{ "type": "directional", "intensity": 3 }},
+            {{ "type": "spot", "intensity": 7, "spot": {{ "innerConeAngle": {half}, "outerConeAngle": {full} }} }} ] }} }},
+        "nodes": [
+            {{ "translation": [0.5, 1, 0], "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }},
+            {{ "rotation": {}, "extensions": {{ "KHR_lights_punctual": {{ "light": 1 }} }} }},
+            {{ "translation": [0, 0.5, 0], "rotation": {}, "extensions": {{ "KHR_lights_punctual": {{ "light": 2 }} }} }} ],
+        "scenes": [{{ "nodes": [0, 1, 2] }}], "scene": 0 }}"#,
+        down(full),
+        down(20_f64.to_radians()),
+    );
+    let files = Memory::new([("lamps.gltf", model.as_bytes())]);
+    let world = world_with(&format!("{FLOOR}model lamps {{ file: \"lamps.gltf\", scale: 2 }}"), &files);
+    let cos = 2.0 / 5.0_f64.sqrt();
+    let (inner, outer, off) = (half.cos(), full.cos(), 20_f64.to_radians().cos());
+    let t = (off - outer) / (inner - outer);
+    let others = 3.0 * full.cos() + 7.0 * t * t * (3.0 - 2.0 * t);
+    let truth = DVec3::new(1.0, 0.5, 0.0) * (5.0 / 5.0 * cos) + others;
+    check(vec![Case { name: "lights of a model".into(), world, truth, estimators: vec![Mis::Nee, Mis::LIGHT] }]);
 }
 
 #[test]

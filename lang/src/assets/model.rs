@@ -1,12 +1,15 @@
 //! Models in the scene: their nodes under the node that stands for them, and what refers into them.
 
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Aim, Blades, Camera, Node, Scene, Shape};
+use kinora_scene::{Aim, Animated, Beam, Blades, Camera, Light, LightKind, Material, Node, Placing, Scene, Shape};
 
-use super::gltf::{self, Faults, Model, Projection};
+use super::gltf::{self, Faults, Lamp, LampKind, Model, Part, Projection, Warnings};
+use super::mtl::Library;
+use super::{AssetError, beside, finish, read_object, shape};
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
 use crate::files::{Files, resolve};
@@ -39,7 +42,7 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
             Some(loaded) => loaded.clone(),
             None => {
                 let loaded = load(request, files, source, diagnostics).map(|model| {
-                    let first = add_materials(&mut lowered.scene, &model);
+                    let first = add_materials(&mut lowered.scene, &model.materials);
                     (model, first)
                 });
                 known.insert(path, loaded.clone());
@@ -81,16 +84,13 @@ fn load(
 ) -> Option<Arc<Model>> {
     let (file, span, written) = (source.id, request.span, &request.file);
     let ending = written.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
-    if !["gltf", "glb"].contains(&ending.as_str()) {
-        let diagnostic = Diagnostic::new("E0801", format!("`{written}` is not a glTF file by its name")).primary(
-            file,
-            span,
-            "`.gltf` or `.glb` is expected",
-        );
-        diagnostics.push(match ending.as_str() {
-            "obj" | "ply" | "stl" => diagnostic.help("write `mesh { file: .. }`"),
-            _ => diagnostic.help("export it as glTF"),
-        });
+    let is_mesh = ["obj", "ply", "stl"].contains(&ending.as_str());
+    if !is_mesh && !["gltf", "glb"].contains(&ending.as_str()) {
+        let message = format!("`{written}` is not a model by its name");
+        let diagnostic = Diagnostic::new("E0801", message)
+            .primary(file, span, "`.gltf` or `.glb` is expected")
+            .help("export it as glTF");
+        diagnostics.push(diagnostic);
         return None;
     }
     let bytes = resolve(&source.source(span.start).name, written).and_then(|path| Ok((files.read(&path)?, path)));
@@ -101,19 +101,73 @@ fn load(
             return None;
         }
     };
+    if is_mesh {
+        return match of_mesh(&path, &bytes, files) {
+            Ok(model) => {
+                warn(&model.warnings, written, source, span, diagnostics);
+                Some(Arc::new(model))
+            }
+            Err(error) => {
+                let message = match error.code {
+                    "E0803" => format!("`{path}`: {}", error.message),
+                    _ => format!("`{path}` {}", error.message),
+                };
+                let diagnostic = Diagnostic::new(error.code, message).primary(file, span, "cannot be used");
+                diagnostics.push(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) });
+                None
+            }
+        };
+    }
     match gltf::read(&path, &bytes, files) {
         Ok(model) => {
-            for (what, then, count) in model.warnings.iter() {
-                let times = if *count > 1 { format!(" ({count} times)") } else { String::new() };
-                let message = format!("`{written}` has {what}{times}: {then}");
-                diagnostics.push(Diagnostic::new("W0810", message).primary(file, span, "not all of it is shown"));
-            }
+            warn(&model.warnings, written, source, span, diagnostics);
             Some(Arc::new(model))
         }
         Err(faults) => {
             diagnostics.push(diagnostic(&faults, written, source, span));
             None
         }
+    }
+}
+
+/// A mesh file as a model: a node for each of its objects, or of their parts where one has several materials.
+fn of_mesh(path: &str, bytes: &[u8], files: &dyn Files) -> Result<Model, AssetError> {
+    let mut object = read_object(path, bytes, &beside(files, path))?;
+    let mesh = finish(std::mem::take(&mut object.mesh), None, None)?;
+    let mut library = Library::new(files, path, !mesh.colors.is_empty());
+    let mut roots: HashMap<Option<usize>, usize> = HashMap::new();
+    let mut model = Model::default();
+    for part in &object.parts {
+        let said = part.material.and_then(|at| object.materials.get(at));
+        let root = *roots.entry(part.material).or_insert_with(|| library.build(said));
+        let name = if part.name.is_empty() { "mesh" } else { &part.name };
+        let shape = shape::part(&mesh, mesh.triangles.get(part.triangles.clone()).unwrap_or_default(), name);
+        model.meshes.push((name.to_string(), shape.triangles.len()));
+        model.nodes.push(Part {
+            name: name.to_string(),
+            path: Some(name.to_string()),
+            parent: None,
+            placing: Placing::default(),
+            shape: Some((Arc::new(shape), root)),
+            camera: None,
+            light: None,
+        });
+    }
+    for what in object.missing {
+        library.warnings.add(what, "what it is about is matt and grey");
+    }
+    model.material_names = object.materials.iter().map(|material| material.name.clone()).collect();
+    model.materials = library.made;
+    model.warnings = library.warnings;
+    Ok(model)
+}
+
+/// W0810: what is left out.
+pub(super) fn warn(warnings: &Warnings, written: &str, source: &Texts, span: Span, diagnostics: &mut Vec<Diagnostic>) {
+    for (what, then, count) in warnings.iter() {
+        let times = if *count > 1 { format!(" ({count} times)") } else { String::new() };
+        let message = format!("`{written}` has {what}{times}: {then}");
+        diagnostics.push(Diagnostic::new("W0810", message).primary(source.id, span, "not all of it is shown"));
     }
 }
 
@@ -140,10 +194,10 @@ fn diagnostic(faults: &Faults, written: &str, source: &Texts, span: Span) -> Dia
     diagnostic.help(first.help)
 }
 
-/// Appends a model's materials; gives the index of the first.
-fn add_materials(scene: &mut Scene, model: &Model) -> usize {
+/// Appends materials that refer to one another; gives the index of the first.
+pub(super) fn add_materials(scene: &mut Scene, materials: &[Material<Animated>]) -> usize {
     let first = scene.materials.len();
-    for material in &model.materials {
+    for material in materials {
         let mut material = material.clone();
         match &mut material.bsdf {
             kinora_scene::Bsdf::Glossy { base, .. } => *base += first,
@@ -158,7 +212,7 @@ fn add_materials(scene: &mut Scene, model: &Model) -> usize {
     first
 }
 
-/// Appends a model's nodes and cameras.
+/// Appends a model's nodes, cameras and lights.
 fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: usize) -> Placed {
     let first = scene.nodes.len();
     let mut cameras = Vec::new();
@@ -167,6 +221,9 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
             cameras.push((lens.name.clone(), scene.cameras.len()));
             scene.cameras.push(camera(&format!("{}.{}", request.name, lens.name), first + i, lens.projection));
         }
+        if let Some(lamp) = &part.light {
+            scene.lights.push(light(&format!("{}.{}", request.name, lamp.name), first + i, lamp));
+        }
         scene.nodes.push(Node {
             name: part.name.clone(),
             parent: Some(part.parent.map_or(request.node, |parent| first + parent)),
@@ -174,6 +231,8 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
             shape: part.shape.as_ref().map(|(mesh, _)| Shape::Mesh(mesh.clone())),
             material: part.shape.as_ref().map_or(0, |(_, material)| materials + material),
             visible: true.into(),
+            copies: None,
+            only_copied: false,
         });
     }
     Placed { model, first, cameras }
@@ -194,6 +253,25 @@ fn camera(name: &str, parent: usize, projection: Projection) -> Camera<kinora_sc
         focus_m: None,
         blades: Blades::default(),
     }
+}
+
+/// glTF's candela and lux are W/sr and W/m², one to one.
+fn light(name: &str, parent: usize, lamp: &Lamp) -> Light<Animated> {
+    let (position, direction) = (DVec3::ZERO.into(), DVec3::NEG_Z.into());
+    let power = (4.0 * PI * lamp.intensity).into();
+    let kind = match lamp.kind {
+        LampKind::Sun => LightKind::Sun { direction, angle: 0.0, irradiance: lamp.intensity.into() },
+        LampKind::Point => LightKind::Point { position, power, radius_m: 0.0 },
+        LampKind::Spot([inner, outer]) => LightKind::Spot {
+            position,
+            aim: Beam::Direction(direction),
+            power,
+            radius_m: 0.0,
+            angle: 2.0 * outer,
+            blend: (1.0 - inner / outer).clamp(0.0, 1.0),
+        },
+    };
+    Light { name: name.to_string(), parent: Some(parent), color: DVec3::from_array(lamp.color).as_vec3(), kind }
 }
 
 /// The part of a path: the one of that whole path, or the only one whose path ends so.
@@ -309,6 +387,11 @@ fn follow(scene: &mut Scene, inner: &InnerRequest, placed: &Placed, source: &Tex
                 slot.parent = Some(node);
             }
         }
+        InnerUse::Copied(at) => {
+            if let Some(copies) = scene.nodes.get_mut(at).and_then(|slot| slot.copies.as_mut()) {
+                copies.of = node;
+            }
+        }
         InnerUse::CameraTarget(at) => {
             if let Some(Aim::Node { target, .. }) = scene.cameras.get_mut(at).map(|camera| &mut camera.aim) {
                 *target = node;
@@ -366,10 +449,11 @@ fn which_camera(
 }
 
 /// W0402, which only the whole scene can tell. A model without a mesh has nothing to light.
-fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
     let shining = shining(&scene.materials);
     let mut shapes = scene.nodes.iter().filter(|node| node.shape.is_some()).peekable();
-    let dark = shapes.peek().is_some() && !shapes.any(|node| shining.get(node.material) == Some(&true));
+    let lamp = scene.lights.iter().any(|light| light.color.max_element() > 0.0);
+    let dark = !lamp && shapes.peek().is_some() && !shapes.any(|node| shining.get(node.material) == Some(&true));
     if dark && scene.sky.is_none() {
         let diagnostic = Diagnostic::new("W0402", "no light reaches the scene")
             .help("add a light: `sky { color: #bcd7ff }`, or a shape with an `emitter` material");
@@ -410,10 +494,17 @@ fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnos
     let moved = |at: &mut usize| *at = new.get(*at).copied().unwrap_or(*at);
     for node in &mut scene.nodes {
         node.parent.iter_mut().for_each(moved);
+        node.copies.iter_mut().for_each(|copies| moved(&mut copies.of));
     }
     for camera in &mut scene.cameras {
         camera.parent.iter_mut().for_each(moved);
         if let Aim::Node { target, .. } = &mut camera.aim {
+            moved(target);
+        }
+    }
+    for light in &mut scene.lights {
+        light.parent.iter_mut().for_each(moved);
+        if let LightKind::Spot { aim: Beam::Node(target), .. } = &mut light.kind {
             moved(target);
         }
     }

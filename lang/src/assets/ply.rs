@@ -1,31 +1,47 @@
-//! The Polygon File Format (Stanford), by ply-rs-bw: ascii and both binary orders; polygons become fans of triangles.
+//! The Polygon File Format (Stanford), by ply-rs-bw: ascii and both binary orders; polygons and strips become triangles,
+//! colours of vertices linear: whole numbers are sRGB-encoded, others are taken as they are.
 
 use std::io::ErrorKind;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use kinora_scene::Mesh;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::AssetError;
+use super::shape::add_polygon;
+use crate::builtin::color::srgb_to_linear;
 
 /// A vertex or a face: a file has both, and other elements are read and forgotten.
-#[derive(Default)]
 struct Element {
     position: Vec3,
     normal: Vec3,
     uv: Vec2,
+    color: Vec4,
     /// Corners of a face; -1 for what cannot be an index.
     corners: Vec<i64>,
 }
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Element::default()
+        Element { position: Vec3::ZERO, normal: Vec3::ZERO, uv: Vec2::ZERO, color: Vec4::ONE, corners: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
         if let Some(number) = number(&value) {
+            let color = match name {
+                "red" | "diffuse_red" => Some(&mut self.color.x),
+                "green" | "diffuse_green" => Some(&mut self.color.y),
+                "blue" | "diffuse_blue" => Some(&mut self.color.z),
+                _ => None,
+            };
+            if let Some(to) = color {
+                *to = match most(&value) {
+                    Some(most) => srgb_to_linear(f64::from(number / most).clamp(0.0, 1.0)) as f32,
+                    None => number,
+                };
+                return PropertyAccessResult::Set;
+            }
             let to = match name {
                 "x" => &mut self.position.x,
                 "y" => &mut self.position.y,
@@ -35,9 +51,13 @@ impl PropertyAccess for Element {
                 "nz" => &mut self.normal.z,
                 "u" | "s" | "texture_u" => &mut self.uv.x,
                 "v" | "t" | "texture_v" => &mut self.uv.y,
+                "alpha" => &mut self.color.w,
                 _ => return PropertyAccessResult::Ignored,
             };
-            *to = number;
+            *to = match most(&value).filter(|_| name == "alpha") {
+                Some(most) => number / most,
+                None => number,
+            };
             return PropertyAccessResult::Set;
         }
         if !matches!(name, "vertex_indices" | "vertex_index") {
@@ -72,6 +92,19 @@ fn number(value: &Property) -> Option<f32> {
     })
 }
 
+/// The largest value of a type that counts in whole numbers.
+fn most(value: &Property) -> Option<f32> {
+    Some(match value {
+        Property::Char(_) => 127.0,
+        Property::UChar(_) => 255.0,
+        Property::Short(_) => 32_767.0,
+        Property::UShort(_) => 65_535.0,
+        Property::Int(_) => i32::MAX as f32,
+        Property::UInt(_) => u32::MAX as f32,
+        _ => return None,
+    })
+}
+
 fn whole(value: f64) -> i64 {
     if value.fract() == 0.0 && value.abs() < 1e15 { value as i64 } else { -1 }
 }
@@ -98,12 +131,16 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
     if !["x", "y", "z"].iter().all(|name| has("vertex", name)) {
         return Err(invalid("its vertices have no x, y and z"));
     }
-    if !has("face", "vertex_indices") && !has("face", "vertex_index") {
+    let faces = ["face", "tristrips"].map(|kind| has(kind, "vertex_indices") || has(kind, "vertex_index"));
+    if faces == [false; 2] {
         return Err(AssetError::unusable("has no faces, only points"));
     }
     let with_normals = has("vertex", "nx") && has("vertex", "ny") && has("vertex", "nz");
     let with_uvs =
         [("u", "v"), ("s", "t"), ("texture_u", "texture_v")].iter().any(|(u, v)| has("vertex", u) && has("vertex", v));
+    let with_colors = ["", "diffuse_"]
+        .iter()
+        .any(|prefix| ["red", "green", "blue"].iter().all(|color| has("vertex", &format!("{prefix}{color}"))));
     let payload = parser.read_payload(&mut reader, &header).map_err(|error| unreadable(&error))?;
     let vertices = payload.get("vertex").map_or(&[][..], Vec::as_slice);
     let mut mesh = Mesh { positions: vertices.iter().map(|vertex| vertex.position).collect(), ..Mesh::default() };
@@ -113,19 +150,24 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, AssetError> {
     if with_uvs {
         mesh.uvs = vertices.iter().map(|vertex| vertex.uv).collect();
     }
+    if with_colors {
+        mesh.colors = vertices.iter().map(|vertex| vertex.color).collect();
+    }
+    let corner = |corner: i64| match usize::try_from(corner).ok().filter(|corner| *corner < vertices.len()) {
+        Some(corner) => Ok(corner as u32),
+        None => Err(AssetError::unusable(format!("refers to vertex {corner} of {}", vertices.len()))),
+    };
     for face in payload.get("face").map_or(&[][..], Vec::as_slice) {
-        let mut corners = Vec::with_capacity(face.corners.len());
-        for corner in &face.corners {
-            match usize::try_from(*corner).ok().filter(|corner| *corner < vertices.len()) {
-                Some(corner) => corners.push(corner as u32),
-                None => {
-                    let message = format!("refers to vertex {corner} of {}", vertices.len());
-                    return Err(AssetError::unusable(message));
-                }
-            }
-        }
-        if let [first, rest @ ..] = corners.as_slice() {
-            mesh.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        let corners = face.corners.iter().map(|index| corner(*index)).collect::<Result<Vec<_>, _>>()?;
+        add_polygon(&mesh.positions, &corners, &mut mesh.triangles);
+    }
+    for strips in payload.get("tristrips").map_or(&[][..], Vec::as_slice) {
+        // -1 begins another one.
+        for strip in strips.corners.split(|index| *index == -1) {
+            let corners = strip.iter().map(|index| corner(*index)).collect::<Result<Vec<_>, _>>()?;
+            let triangles = corners.windows(3).enumerate();
+            mesh.triangles
+                .extend(triangles.map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }));
         }
     }
     Ok(mesh)

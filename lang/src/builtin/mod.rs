@@ -2,7 +2,7 @@
 //!
 //! Numbers may move with time, so a function is written once over [`Scalar`]s and its constants fold.
 
-mod color;
+pub mod color;
 pub mod ease;
 mod math;
 mod random;

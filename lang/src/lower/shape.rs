@@ -29,6 +29,16 @@ pub struct MeshRequest {
     pub fit: Option<f64>,
     /// The place that makes it of glass, if it is: its inside must then be closed.
     pub glass: Option<Span>,
+    /// Whether it is made of what its file says.
+    pub own_materials: bool,
+}
+
+impl MeshRequest {
+    /// Whether it may have materials that give light.
+    pub fn may_shine(&self) -> bool {
+        let is_object = |file: &str| file.to_ascii_lowercase().ends_with(".obj");
+        self.own_materials && matches!(&self.from, MeshFrom::File(file) if is_object(file))
+    }
 }
 
 /// Where a mesh comes from.
@@ -181,7 +191,8 @@ impl<'a> Lower<'_, 'a> {
         };
         let smooth = read::number_if_set(node, "smooth").map(|value| value != 0.0);
         let fit = read::number_if_set(node, "fit");
-        self.meshes.push(MeshRequest { node: index, from, span, smooth, fit, glass: None });
+        let own_materials = read::set(node, "material").is_none();
+        self.meshes.push(MeshRequest { node: index, from, span, smooth, fit, glass: None, own_materials });
     }
 
     fn lists(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Option<Mesh> {

@@ -368,8 +368,6 @@ fn lamp(light: &Value, node: &str, warnings: &mut Warnings) -> Option<Lamp> {
             return None;
         }
     };
-    // Scenes cannot hold them yet.
-    warnings.add("a light of KHR_lights_punctual", "it does not shine yet");
     if light.get("range").is_some() {
         warnings.add("the range of a light", "it shines as far as light goes");
     }

@@ -94,7 +94,7 @@ impl From<Fault> for Faults {
 pub struct Warnings(Vec<(String, &'static str, usize)>);
 
 impl Warnings {
-    fn add(&mut self, what: impl Into<String>, then: &'static str) {
+    pub(in crate::assets) fn add(&mut self, what: impl Into<String>, then: &'static str) {
         let what = what.into();
         match self.0.iter_mut().find(|(known, ..)| *known == what) {
             Some((.., count)) => *count += 1,
