@@ -85,6 +85,9 @@ impl<'a> Lower<'_, 'a> {
             let material = self.material(Some(material));
             overrides.push((path.text.clone(), path.span, material));
         }
+        if !self.has(id, node, "file", "`file: \"...\"`, a glTF model") {
+            return;
+        }
         let Some(set) = read::set(node, "file") else { return };
         let Some(Data::Text(file)) = &set.data else { return };
         let (file, span) = (file.clone(), set.expr.span);

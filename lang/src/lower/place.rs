@@ -11,6 +11,7 @@ use crate::eval::coerce::Data;
 use crate::eval::items::placement;
 use crate::eval::machine::{NodeKind, NodeValue};
 use crate::schema::Sort;
+use crate::source::Span;
 use crate::value::NodeId;
 
 impl<'a> Lower<'_, 'a> {
@@ -140,9 +141,25 @@ impl<'a> Lower<'_, 'a> {
         Node { name: self.name(id), parent, placing, shape, material, visible, copies, only_copied }
     }
 
+    /// Whether a property is set; E0207 without. `help`: what may be added.
+    pub(super) fn has(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, name: &str, help: &str) -> bool {
+        let found = read::set(node, name).is_some();
+        if let (false, NodeKind::Schema(kind)) = (found, node.kind) {
+            let span = self.machine.nodes.get(id.0 as usize).map_or(Span::at(0), |slot| slot.ast.kind.span);
+            let diagnostic = Diagnostic::new("E0207", format!("`{}` needs `{name}`", kind.name))
+                .primary(self.machine.file(), span, format!("nothing says `{name}`"))
+                .help(format!("add {help}"));
+            self.report(id, diagnostic);
+        }
+        found
+    }
+
     fn copies(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, index: usize) -> Option<Box<Copies>> {
         let NodeKind::Schema(kind) = node.kind else { return None };
         if kind.name != "instance" {
+            return None;
+        }
+        if !self.has(id, node, "of", "`of: tree`: a shape, a model, a group or a prefab") {
             return None;
         }
         let material = read::node(read::data(node, "material")).map(|id| self.material(Some(id)));
