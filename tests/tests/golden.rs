@@ -26,6 +26,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("night", 0),
     ("sky", 48),
     ("lens", 0),
+    ("helmet", 0),
 ];
 
 const SIZE: [u32; 2] = [96, 72];
