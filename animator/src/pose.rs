@@ -9,6 +9,7 @@ use crate::{
 };
 
 /// A node at one instant.
+#[derive(Clone)]
 pub(crate) struct Pose {
     /// From the node's own space to the world. A fault of a hidden node is one only for who needs the node.
     pub world_from_node: Result<DAffine3, SampleError>,
@@ -23,7 +24,7 @@ pub(crate) fn poses(scene: &Scene, now: Now) -> Vec<Pose> {
         let read = now.reader(Place::Node(index), &node.name);
         let shown = node.parent.and_then(|parent| poses.get(parent)).is_none_or(|parent| parent.shown);
         let world_from_node = world_from(&poses, node, read);
-        poses.push(Pose { world_from_node, shown: shown && read.flag(&node.visible) });
+        poses.push(Pose { world_from_node, shown: shown && !node.only_copied && read.flag(&node.visible) });
     }
     poses
 }
@@ -41,11 +42,43 @@ pub(crate) fn find(
     }
 }
 
+/// The node `root` and all that moves with it, with their poses in the space that `root` is placed in; whether `root` is
+/// visible does not count. `children`: those of each node.
+pub(crate) fn within(
+    scene: &Scene,
+    now: Now,
+    root: usize,
+    children: &[Vec<usize>],
+    poses: &[Pose],
+) -> Vec<(usize, Pose)> {
+    let mut found: Vec<(usize, Pose)> = Vec::new();
+    // What is still to be placed, and what it moves with.
+    let mut open = vec![(root, None)];
+    while let Some((index, parent)) = open.pop() {
+        let (Some(node), true) = (scene.nodes.get(index), found.len() < poses.len()) else { continue };
+        let read = now.reader(Place::Node(index), &node.name);
+        let above: Option<&Pose> = parent.and_then(|at: usize| found.get(at)).map(|(_, pose)| pose);
+        let shown = above.is_none_or(|above| above.shown && read.flag(&node.visible));
+        let world_from_node = match above {
+            Some(above) => above.world_from_node.clone().and_then(|above| placed(above, node, read)),
+            None => placed(DAffine3::IDENTITY, node, read),
+        };
+        let at = Some(found.len());
+        found.push((index, Pose { world_from_node, shown }));
+        open.extend(children.get(index).into_iter().flatten().rev().map(|child| (*child, at)));
+    }
+    found
+}
+
 fn world_from(earlier: &[Pose], node: &Node, read: Reader<'_>) -> Result<DAffine3, SampleError> {
     let world_from_parent = match node.parent {
         Some(parent) => find(earlier, parent, read, "parent")?,
         None => DAffine3::IDENTITY,
     };
+    placed(world_from_parent, node, read)
+}
+
+fn placed(world_from_parent: DAffine3, node: &Node, read: Reader<'_>) -> Result<DAffine3, SampleError> {
     let position = read.vector("position", &node.placing.position)?;
     let rotation = read.rotation("rotation", &node.placing.rotation)?;
     let scale = read.vector("scale", &node.placing.scale)?;

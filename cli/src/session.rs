@@ -247,6 +247,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         PackError::TooMany { .. }
         | PackError::TooDeep { .. }
         | PackError::Words { .. }
+        | PackError::Copies { .. }
         | PackError::Materials { .. }
         | PackError::Emitters { .. }
         | PackError::CutOuts { .. }

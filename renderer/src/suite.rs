@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
-    Background, Blades, Bsdf, Clock, Color, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material, Mesh,
-    Projection, Reflectance, Render, Shape, Shown, Sky, SkyLight, Still, Tonemap, View, World,
+    Background, Blades, Bsdf, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material,
+    Mesh, Part, Projection, Reflectance, Render, Shape, Shown, Sky, SkyLight, Still, Tonemap, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
@@ -55,6 +55,7 @@ pub const CASES: &[(&str, Case)] = &[
     ("an odd size", odd_size),
     ("layers tell what a pixel shows", layers),
     ("layers pass what light passes", layers_pass),
+    ("copies show what their parts written out would", copies),
     ("a window has the pixels of the whole", windows),
     ("a transparent background has alpha", transparent),
     ("pixels that have enough are left out", adaptive),
@@ -83,6 +84,8 @@ pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
         shutter: Clock::default().shutter_of(0),
         view,
         instances: Vec::new(),
+        copies: Vec::new(),
+        parts: Vec::new(),
         materials: Vec::new(),
         sky: None,
         lights: Vec::new(),
@@ -592,6 +595,85 @@ pub fn all_kinds() -> World {
         Material { opacity: 0.5, ..diffuse(0.9, 0.0) },
     );
     w
+}
+
+/// A part with a shape of every kind, one of which shines, and copies of it: turned, mirrored, stretched, inside others,
+/// and of another material.
+pub fn many_copies() -> World {
+    let mut w = world([48, 32], 8, view(DVec3::new(0.0, 3.0, 8.0), DVec3::new(0.0, 0.8, 0.0), 0.7));
+    w.sky = Some(Sky { light: SkyLight::Color(Color::new(0.4, 0.6, 1.0)), strength: 1.0, visible: true });
+    add(&mut w, quad(DVec3::Y, 20.0, 20.0), DAffine3::IDENTITY, diffuse(0.5, 0.0));
+    let placed = w.instances.len();
+    let tetrahedron = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X * 0.6, Vec3::Y * 0.6, Vec3::Z * 0.6],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..Mesh::default()
+    };
+    add(&mut w, Shape::Box { size_m: DVec3::new(0.5, 0.3, 0.7) }, at(0.0, 0.2, 0.0), diffuse(0.8, 0.3));
+    add(&mut w, Shape::Sphere { radius_m: 0.3 }, at(0.2, 0.8, 0.0), glass(1.5, Color::ONE, f64::INFINITY));
+    add(&mut w, Shape::Torus { radius_m: 0.4, tube_m: 0.1 }, at(0.0, 1.3, 0.0), metal(Color::ONE, 0.2));
+    add(&mut w, Shape::Mesh(Arc::new(tetrahedron)), at(-0.6, 0.0, 0.4), diffuse(0.3, 0.0));
+    add(&mut w, Shape::Sphere { radius_m: 0.1 }, at(-0.3, 1.0, 0.3), emitter(Emission::Radiance(15.0)));
+    w.materials.push(diffuse(0.6, 1.0));
+    let other = w.materials.len() - 1;
+    let turned = |angle: f64, scale: DVec3, x: f64, z: f64| {
+        DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_y(angle), DVec3::new(x, 0.0, z))
+    };
+    let part = Part { instances: w.instances.split_off(placed), ..Part::default() };
+    let copied = |part, first, places, material| Copied { node: 7, first, part, places, material };
+    let inner = vec![turned(1.0, DVec3::splat(0.4), -0.4, 0.0), turned(2.0, DVec3::new(0.5, 0.3, 0.4), 0.5, 0.3)];
+    let pair = Part { copies: vec![copied(0, 50, inner, None)], ..Part::default() };
+    let places = vec![
+        turned(0.3, DVec3::ONE, -2.4, 0.0),
+        turned(2.0, DVec3::new(1.2, 0.8, -1.0), 0.0, -1.0),
+        turned(-1.0, DVec3::new(0.7, 1.3, 0.9), 2.3, 0.5),
+    ];
+    w.copies = vec![
+        copied(0, 10, places, None),
+        copied(0, 20, vec![turned(0.0, DVec3::splat(0.6), 1.1, 1.6)], Some(other)),
+        copied(1, 30, vec![turned(0.5, DVec3::ONE, -1.0, 2.5), turned(-0.5, DVec3::ONE, 2.5, 2.5)], None),
+    ];
+    w.parts = vec![part, pair];
+    w
+}
+
+/// The same world without copies.
+fn written_out(w: &World) -> World {
+    fn follow(w: &World, copied: &Copied, at: DAffine3, id: Option<usize>, material: Option<usize>, to: &mut World) {
+        for (k, place) in copied.places.iter().enumerate() {
+            let (at, id) = (at * *place, id.unwrap_or(copied.first + k));
+            let (part, material) = (&w.parts[copied.part], material.or(copied.material));
+            for instance in &part.instances {
+                to.instances.push(Instance {
+                    node: id,
+                    shape: instance.shape.clone(),
+                    world_from_object: at * instance.world_from_object,
+                    material: material.unwrap_or(instance.material),
+                });
+            }
+            part.copies.iter().for_each(|inner| follow(w, inner, at, Some(id), material, to));
+        }
+    }
+    let mut to = World { copies: Vec::new(), parts: Vec::new(), ..w.clone() };
+    w.copies.iter().for_each(|copied| follow(w, copied, DAffine3::IDENTITY, None, None, &mut to));
+    to
+}
+
+fn copies(renderer: &mut Renderer) {
+    let w = many_copies();
+    let alone = World { copies: Vec::new(), ..w.clone() };
+    let [copied, written, alone] = [&w, &written_out(&w), &alone].map(|w| survey(renderer, w));
+    let (a, b, none) = (copied.mean(), written.mean(), alone.mean());
+    near("light of copies", mean(&a), mean(&b), 0.01 * mean(&b));
+    assert!((mean(&a) - mean(&none)).abs() > 0.05 * mean(&a), "the copies are seen");
+    // A ray along an edge may fall on either side of it.
+    let edges = (0..a.len()).filter(|i| {
+        let (x, y) = (copied.seen(*i).expect("layers"), written.seen(*i).expect("layers"));
+        let far = |x: f32, y: f32| (x - y).abs() > 1e-4 * y.abs().max(1.0);
+        x.id != y.id || far(x.depth, y.depth) || far(x.normal.dot(y.normal), y.normal.dot(y.normal))
+    });
+    let edges = edges.count();
+    assert!(edges <= a.len() / 100, "{edges} pixels show something else");
 }
 
 fn windows(renderer: &mut Renderer) {

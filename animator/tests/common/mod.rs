@@ -39,5 +39,14 @@ pub fn sphere() -> Shape<Animated> {
 }
 
 pub fn node(name: &str, parent: Option<usize>, shape: Option<Shape<Animated>>) -> Node {
-    Node { name: name.into(), parent, placing: Placing::default(), shape, material: 0, visible: Track::Const(true) }
+    Node {
+        name: name.into(),
+        parent,
+        placing: Placing::default(),
+        shape,
+        material: 0,
+        visible: Track::Const(true),
+        copies: None,
+        only_copied: false,
+    }
 }

@@ -117,7 +117,16 @@ mod tests {
 
     fn node(name: &str) -> Node {
         let placing = Placing::default();
-        Node { name: name.into(), parent: None, placing, shape: None, material: 0, visible: true.into() }
+        Node {
+            name: name.into(),
+            parent: None,
+            placing,
+            shape: None,
+            material: 0,
+            visible: true.into(),
+            copies: None,
+            only_copied: false,
+        }
     }
 
     fn scene() -> Scene {

@@ -309,6 +309,39 @@ pub struct Node {
     pub material: usize,
     /// Not there for any ray while false.
     pub visible: Track<bool>,
+    /// What it shows once more.
+    #[serde(default)]
+    pub copies: Option<Box<Copies>>,
+    /// Neither it nor what moves with it is seen itself: it is there for its copies.
+    #[serde(default)]
+    pub only_copied: bool,
+}
+
+/// A node once more, with all that moves with it: its geometry is there once, however many copies there are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Copies {
+    /// Index of the node, which is copied as it is placed in its parent; its own `visible` does not count.
+    pub of: usize,
+    /// Where, in the space of the node that shows them. Not empty.
+    pub at: Vec<Placement>,
+    /// What all of it is made of, instead of its own: index into [`Scene::materials`].
+    pub material: Option<usize>,
+}
+
+/// As [`Placing`], at all times.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placement {
+    /// Metres.
+    pub position: DVec3,
+    /// A unit quaternion.
+    pub rotation: DQuat,
+    /// One factor an axis, none 0.
+    pub scale: DVec3,
+}
+
+impl Placement {
+    /// Where its node is.
+    pub const IDENTITY: Self = Self { position: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
 }
 
 /// A point goes through `scale`, then `rotation`, then `position`.

@@ -16,8 +16,14 @@ pub struct World {
     pub shutter: Shutter,
     /// The camera that takes the picture.
     pub view: View,
-    /// Every visible shape.
+    /// Every visible shape that is there once.
     pub instances: Vec<Instance>,
+    /// What is there many times.
+    #[serde(default)]
+    pub copies: Vec<Copied>,
+    /// What `copies` are copies of, each in a space of its own.
+    #[serde(default)]
+    pub parts: Vec<Part>,
     /// The materials that `instances` refer to, indexed as in the scene.
     pub materials: Vec<Material<Still>>,
     /// The light from infinitely far away, if any.
@@ -34,6 +40,32 @@ pub struct Lamp {
     pub node: usize,
     /// The light.
     pub light: Light<Still>,
+}
+
+/// What is copied: shapes and lamps, and copies of other parts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Its visible shapes.
+    pub instances: Vec<Instance>,
+    /// What is there many times in it. No part is in itself.
+    pub copies: Vec<Copied>,
+    /// Its lamps.
+    pub lights: Vec<Lamp>,
+}
+
+/// Copies of a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Copied {
+    /// Index of the scene's node that shows them.
+    pub node: usize,
+    /// What the first of them is called where pictures show which thing is seen; the others follow.
+    pub first: usize,
+    /// Index into [`World::parts`].
+    pub part: usize,
+    /// From the part's space to the world, or to the space of the part that they are in.
+    pub places: Vec<DAffine3>,
+    /// What all of it is made of, instead of its own: index into [`World::materials`].
+    pub material: Option<usize>,
 }
 
 /// A camera in the world.

@@ -167,6 +167,8 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
                     shape: Some(Shape::Mesh(part.clone())),
                     material: *material,
                     visible: true.into(),
+                    copies: None,
+                    only_copied: false,
                 });
             } else if let Some(node) = lowered.scene.nodes.get_mut(request.node) {
                 node.shape = Some(Shape::Mesh(part.clone()));

@@ -231,6 +231,8 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
             shape: part.shape.as_ref().map(|(mesh, _)| Shape::Mesh(mesh.clone())),
             material: part.shape.as_ref().map_or(0, |(_, material)| materials + material),
             visible: true.into(),
+            copies: None,
+            only_copied: false,
         });
     }
     Placed { model, first, cameras }
@@ -385,6 +387,11 @@ fn follow(scene: &mut Scene, inner: &InnerRequest, placed: &Placed, source: &Tex
                 slot.parent = Some(node);
             }
         }
+        InnerUse::Copied(at) => {
+            if let Some(copies) = scene.nodes.get_mut(at).and_then(|slot| slot.copies.as_mut()) {
+                copies.of = node;
+            }
+        }
         InnerUse::CameraTarget(at) => {
             if let Some(Aim::Node { target, .. }) = scene.cameras.get_mut(at).map(|camera| &mut camera.aim) {
                 *target = node;
@@ -487,6 +494,7 @@ fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnos
     let moved = |at: &mut usize| *at = new.get(*at).copied().unwrap_or(*at);
     for node in &mut scene.nodes {
         node.parent.iter_mut().for_each(moved);
+        node.copies.iter_mut().for_each(|copies| moved(&mut copies.of));
     }
     for camera in &mut scene.cameras {
         camera.parent.iter_mut().for_each(moved);

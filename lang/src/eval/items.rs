@@ -3,6 +3,9 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use glam::{DQuat, DVec3};
+use kinora_scene::Placement;
+
 use crate::diagnostic::Diagnostic;
 use crate::dimension::{Dimension, short};
 use crate::eval::coerce::{Data, Site};
@@ -77,7 +80,8 @@ impl<'a> Machine<'a> {
         }
         let id = NodeId(self.nodes.len() as u32);
         let (scope, trace) = (env.clone(), self.trace.clone());
-        self.nodes.push(NodeSlot { ast: node, mixed: None, scope, trace, state: NodeState::Waiting });
+        let state = NodeState::Waiting;
+        self.nodes.push(NodeSlot { ast: node, mixed: None, scope, trace, state, copies: Vec::new() });
         Some(id)
     }
 
@@ -128,7 +132,9 @@ impl<'a> Machine<'a> {
                 };
                 if let Some(id) = id {
                     self.force(id);
-                    owner.children.push(id);
+                    if !self.is_one_more(id, owner.children) {
+                        owner.children.push(id);
+                    }
                 }
             }
             Item::Let(decl) => {
@@ -159,6 +165,43 @@ impl<'a> Machine<'a> {
             }
             Item::Fn(_) | Item::Prefab(_) | Item::Param(_) | Item::Import(_) | Item::Lang(_) | Item::Return(_) => {}
         }
+    }
+
+    /// Whether an instance stands still and differs from one before it in its place alone, as a loop makes them: then that
+    /// one takes its place over and the node is gone, so that a million of them are a million places.
+    fn is_one_more(&mut self, id: NodeId, siblings: &[NodeId]) -> bool {
+        let at = id.0 as usize;
+        let Some(slot) = self.nodes.last().filter(|slot| at + 1 == self.nodes.len() && slot.ast.name.is_none()) else {
+            return false;
+        };
+        let ast: *const ast::Node = slot.ast;
+        let NodeState::Done(value) = &slot.state else { return false };
+        let Some(place) = placement(value) else { return false };
+        let same = |set: &Set<'a>, other: &NodeValue<'a>| match place_property(set.property.name) {
+            true => true,
+            false => other.properties.iter().any(|of| of.property.name == set.property.name && of.data == set.data),
+        };
+        let of_same = |sibling: &&NodeId| {
+            let Some(other) = self.nodes.get(sibling.0 as usize).filter(|slot| std::ptr::eq(slot.ast, ast)) else {
+                return false;
+            };
+            let NodeState::Done(other) = &other.state else { return false };
+            placement(other).is_some()
+                && value.properties.iter().all(|set| same(set, other))
+                && other.properties.iter().all(|set| same(set, value))
+        };
+        let Some(first) = siblings.iter().rev().take(SIBLINGS).find(of_same).copied() else { return false };
+        let span = slot.ast.kind.span;
+        self.copies += 1;
+        if self.copies >= limits::INSTANCES {
+            self.too_many("instances", limits::INSTANCES, span);
+            return true;
+        }
+        self.nodes.pop();
+        if let Some(slot) = self.nodes.get_mut(first.0 as usize) {
+            slot.copies.push(place);
+        }
+        true
     }
 
     /// The block of an `if` that is taken.
@@ -770,6 +813,41 @@ pub fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeK
         // An unknown type is reported where it stands.
         _ => Converted::Fits,
     }
+}
+
+/// How many different instances of a loop's body are looked at.
+const SIBLINGS: usize = 16;
+
+fn place_property(name: &str) -> bool {
+    matches!(name, "position" | "rotation" | "scale")
+}
+
+/// Where an instance stands, if it stands still, is seen, and is placed by itself.
+pub fn placement(node: &NodeValue<'_>) -> Option<Placement> {
+    if !matches!(node.kind, NodeKind::Schema(kind) if kind.name == "instance") || !node.children.is_empty() {
+        return None;
+    }
+    let mut place = Placement::IDENTITY;
+    for set in &node.properties {
+        let name = set.property.name;
+        match name {
+            "of" | "material" => {
+                set.data.as_ref()?;
+            }
+            _ if place_property(name) => {
+                let Some(Data::Parts(parts)) = &set.data else { return None };
+                let part = |i: usize| parts.get(i).and_then(|part| part.constant());
+                let vector = || Some(DVec3::new(part(0)?, part(1)?, part(2)?));
+                match name {
+                    "position" => place.position = vector()?,
+                    "scale" => place.scale = vector()?,
+                    _ => place.rotation = DQuat::from_xyzw(part(0)?, part(1)?, part(2)?, part(3)?),
+                }
+            }
+            _ => return None,
+        }
+    }
+    (place.scale.cmpne(DVec3::ZERO).all()).then_some(place)
 }
 
 /// E0206.

@@ -12,6 +12,8 @@ pub const STACK_BYTES: usize = 256 << 20;
 pub const LOOP: u64 = 1_000_000;
 /// Nodes of a scene.
 pub const NODES: usize = 1_000_000;
+/// Instances of a scene, those of one place in a loop together being one node.
+pub const INSTANCES: usize = 10_000_000;
 /// Items of a list, those of its lists included.
 pub const LIST: usize = 1_000_000;
 /// Lists and tuples inside one another.

@@ -3,6 +3,8 @@
 use std::collections::HashSet;
 use std::rc::Rc;
 
+use kinora_scene::Placement;
+
 use crate::diagnostic::{Diagnostic, Label};
 use crate::eval::coerce::Data;
 use crate::eval::graph::Graph;
@@ -51,6 +53,8 @@ pub struct Machine<'a> {
     pub calls: u32,
     depth: u32,
     fuel: u64,
+    /// Copies of all nodes together.
+    pub copies: usize,
 }
 
 /// A node: what is written, and what became of it.
@@ -65,6 +69,8 @@ pub struct NodeSlot<'a> {
     pub trace: Option<Rc<Trace>>,
     /// How far it is.
     pub state: NodeState<'a>,
+    /// Of an instance: where it stands besides its own place, for other turns of the loop that it is written in.
+    pub copies: Vec<Placement>,
 }
 
 impl NodeSlot<'_> {
@@ -171,6 +177,7 @@ impl<'a> Machine<'a> {
             calls: 0,
             depth: 0,
             fuel: limits::FUEL,
+            copies: 0,
         }
     }
 

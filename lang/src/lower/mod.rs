@@ -10,7 +10,7 @@ mod render;
 mod shape;
 mod space;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use kinora_scene::{Animated, Clock, Light, LightKind, Look, Material, Node, Render, Scene, SkyLight, Tonemap};
 
@@ -60,6 +60,10 @@ struct Found {
     lights: Vec<(NodeId, Option<usize>)>,
     /// Shapes, groups and named prefabs with what they are written in.
     placed: Vec<(NodeId, Option<usize>)>,
+    /// The instances among them.
+    instances: Vec<NodeId>,
+    /// What is not in the scene but for its instances.
+    only_copied: HashSet<NodeId>,
     /// Something could not be read: nothing can be said about what is missing.
     unknown: bool,
     /// How many nodes were met: what is copied by `like` may be met more often than it is written.
@@ -94,6 +98,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
     for id in roots {
         gather(machine, *id, None, 0, &mut found);
     }
+    gather_copied(machine, &mut found);
     // A camera that is chosen is in the scene, wherever it is declared.
     if let Some(render) = found.render.first().and_then(|id| machine.done(*id))
         && let Some(id) = read::node(read::data(&render, "camera"))
@@ -148,12 +153,15 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, 
             Sort::Shape | Sort::Group => {
                 inner = Some(found.placed.len());
                 found.placed.push((id, parent));
+                if kind.name == "instance" {
+                    found.instances.push(id);
+                }
             }
             _ => {}
         },
         NodeKind::Prefab(_) => {
             let named = machine.nodes.get(id.0 as usize).is_some_and(|slot| slot.ast.name.is_some());
-            if named {
+            if named || found.only_copied.contains(&id) {
                 inner = Some(found.placed.len());
                 found.placed.push((id, parent));
             }
@@ -164,13 +172,33 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, 
     }
 }
 
+/// What instances are of, where it is not in the scene already.
+fn gather_copied(machine: &mut Machine<'_>, found: &mut Found) {
+    let mut known: HashSet<NodeId> = found.placed.iter().map(|placed| placed.0).collect();
+    let (mut next, mut from) = (0, found.placed.len());
+    while let Some(id) = found.instances.get(next).copied() {
+        next += 1;
+        let of = machine.done(id).and_then(|node| match read::data(&node, "of") {
+            Some(Data::Node(of) | Data::Inner(of, _)) => Some(*of),
+            _ => None,
+        });
+        let Some(of) = of.filter(|of| !known.contains(of)) else { continue };
+        machine.force(of);
+        found.only_copied.insert(of);
+        gather(machine, of, None, 0, found);
+        known.extend(found.placed.iter().skip(from).map(|placed| placed.0));
+        from = found.placed.len();
+    }
+}
+
 impl<'a> Lower<'_, 'a> {
     fn scene(&mut self, camera: Option<&str>) -> Lowered {
         self.only_one("render", |found| &found.render);
         self.only_one("sky", |found| &found.skies);
         self.judge_materials();
         let parents = self.order();
-        let nodes = self.nodes(&parents);
+        let mut nodes = self.nodes(&parents);
+        self.copied_into_itself(&mut nodes);
         let cameras: Vec<_> = self
             .found
             .cameras

@@ -35,6 +35,8 @@ pub enum InnerUse {
     CameraParent(usize),
     /// This camera looks at it.
     CameraTarget(usize),
+    /// This node is copies of it.
+    Copied(usize),
     /// It takes the picture.
     Picture,
 }

@@ -3,11 +3,12 @@
 use std::rc::Rc;
 
 use glam::DVec3;
-use kinora_scene::{Node, Placing, Track};
+use kinora_scene::{Copies, Node, Placement, Placing, Track};
 
 use super::{InnerUse, Lower, read};
 use crate::diagnostic::Diagnostic;
 use crate::eval::coerce::Data;
+use crate::eval::items::placement;
 use crate::eval::machine::{NodeKind, NodeValue};
 use crate::schema::Sort;
 use crate::value::NodeId;
@@ -131,6 +132,73 @@ impl<'a> Lower<'_, 'a> {
             ),
             _ => (Placing::default(), true.into()),
         };
-        Node { name: self.name(id), parent, placing, shape, material, visible }
+        let copies = self.copies(id, node, index);
+        // Where there are many, each has its place.
+        let placing =
+            if copies.as_ref().is_some_and(|copies| copies.at.len() > 1) { Placing::default() } else { placing };
+        let only_copied = self.found.only_copied.contains(&id);
+        Node { name: self.name(id), parent, placing, shape, material, visible, copies, only_copied }
+    }
+
+    fn copies(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, index: usize) -> Option<Box<Copies>> {
+        let NodeKind::Schema(kind) = node.kind else { return None };
+        if kind.name != "instance" {
+            return None;
+        }
+        let material = read::node(read::data(node, "material")).map(|id| self.material(Some(id)));
+        let of = self.placed_node(node, "of", InnerUse::Copied(index))?;
+        let more = self.machine.nodes.get_mut(id.0 as usize).map(|slot| std::mem::take(&mut slot.copies));
+        let more = more.unwrap_or_default();
+        let mut at = Vec::with_capacity(more.len() + 1);
+        at.push(if more.is_empty() { Placement::IDENTITY } else { placement(node)? });
+        at.extend(more);
+        Some(Box::new(Copies { of, at, material }))
+    }
+
+    /// E0504: what holds copies of itself. Gives the nodes that do.
+    pub(super) fn copied_into_itself(&mut self, nodes: &mut [Node]) {
+        // Of each node: what is copied in it and below it.
+        let mut inside: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+        for index in (0..nodes.len()).filter(|index| nodes[*index].copies.is_some()) {
+            let of = nodes[index].copies.as_ref().map_or(index, |copies| copies.of);
+            let mut at = Some(index);
+            let mut steps = 0;
+            while let Some(here) = at.filter(|_| steps <= nodes.len()) {
+                if let Some(inside) = inside.get_mut(here).filter(|inside| !inside.contains(&of)) {
+                    inside.push(of);
+                }
+                at = nodes.get(here).and_then(|node| node.parent);
+                steps += 1;
+            }
+        }
+        for index in 0..nodes.len() {
+            let Some(of) = nodes[index].copies.as_ref().map(|copies| copies.of) else { continue };
+            let mut known = vec![of];
+            let mut next = 0;
+            while let Some(here) = known.get(next).copied() {
+                next += 1;
+                for &more in inside.get(here).into_iter().flatten() {
+                    if !known.contains(&more) {
+                        known.push(more);
+                    }
+                }
+                if inside.get(here).is_some_and(|inside| inside.contains(&of)) {
+                    break;
+                }
+            }
+            let circular = known.iter().any(|here| inside.get(*here).is_some_and(|inside| inside.contains(&of)));
+            if circular {
+                nodes[index].copies = None;
+                let at = self.order.iter().position(|order| *order == index);
+                let Some((id, _)) = at.and_then(|at| self.found.placed.get(at)).copied() else { continue };
+                let node = self.machine.done(id).unwrap_or_default();
+                let span = read::set(&node, "of").map_or(self.span(id), |set| set.expr.span);
+                let name = nodes.get(of).map_or(String::new(), |node| node.name.clone());
+                let diagnostic = Diagnostic::new("E0504", format!("`{name}` contains copies of itself without end"))
+                    .primary(self.machine.file(), span, "one more of what it stands in")
+                    .help("take the instance out of it");
+                self.report(id, diagnostic);
+            }
+        }
     }
 }

@@ -71,7 +71,9 @@ fn worlds(nodes: &[Node]) -> Vec<Option<DAffine3>> {
         };
         let placing = &node.placing;
         let own = match (placing.scale.constant(), placing.rotation.constant(), placing.position.constant()) {
-            (Some(scale), Some(rotation), Some(position)) if node.visible.constant() == Some(&true) => {
+            (Some(scale), Some(rotation), Some(position))
+                if node.visible.constant() == Some(&true) && !node.only_copied =>
+            {
                 Some(DAffine3::from_scale_rotation_translation(*scale, *rotation, *position))
             }
             _ => None,

@@ -98,7 +98,7 @@ pub static KINDS: &[Kind] = &[
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
     kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene"),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),
-    kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared").later(),
+    kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared"),
     kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one").later(),
     kind("rigid_body", Sort::Part, &[RIGID_BODY], "makes its shape a body of the simulation").later().inside(&[]),
     kind("joint", Sort::Joint, &[JOINT], "holds two bodies together").later(),

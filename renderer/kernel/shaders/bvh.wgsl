@@ -77,9 +77,15 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
         best.t = FAR;
         return best;
     }
-    let ray = node_ray(o, d);
-    let probe = probe_along(o, d);
+    var ray = node_ray(o, d);
+    var probe = probe_along(o, d);
     var depth = 0u;
+    // The instance inside which the walk is, where the stack was as it went in, and how long a metre is in there.
+    var inside = NONE;
+    var way_out = 0u;
+    var scale = 1.0;
+    // How far it looks, in that space.
+    var far = t_max;
     // A group: index of its first member, and a mask of members to visit.
     var group = vec2<u32>(0u, 0x80000000u);
     loop {
@@ -93,23 +99,63 @@ fn bvh_walk(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32, any: bool) -> Hi
             }
             let child = (slot - 24u) ^ (ray.octant & 0xffu);
             let node = group.x + countOneBits(group.y & ~(0xffffffffu << child));
-            let mask = node_children(node, ray, best.t);
+            let mask = node_children(node, ray, far);
             let base = nodes[node * NODE_VECTORS + 1u].xy;
             group = vec2<u32>(base.x, (mask & 0xff000000u) | (nodes[node * NODE_VECTORS].w >> 24u));
             leaves = vec2<u32>(base.y, mask & 0x00ffffffu);
+        } else {
+            // Primitives that were left when the walk went into an instance.
+            leaves = group;
+            group.y = 0u;
         }
         while leaves.y != 0u {
             let i = firstLeadingBit(leaves.y);
             leaves.y &= ~(1u << i);
-            let hit = hit_primitive(leaves.x + i, probe, best.t, start);
-            if hit.id != NONE {
+            let id = leaves.x + i;
+            if inside == NONE && is_instance(id) {
+                if depth + 2u > BVH_STACK {
+                    continue;
+                }
+                if leaves.y != 0u {
+                    bvh_stack[depth] = leaves;
+                    depth++;
+                }
+                if (group.y & 0xff000000u) != 0u {
+                    bvh_stack[depth] = group;
+                    depth++;
+                }
+                inside = primitives[id].shade.w & ~PRIMITIVE_KIND;
+                way_out = depth;
+                let v = object_vector(inside, d);
+                scale = length(v);
+                let from_there = object_point(inside, o);
+                ray = node_ray(from_there, v / scale);
+                probe = probe_along(from_there, v / scale);
+                // A little farther than the best so far, so that rounding decides nothing.
+                far = min(best.t * scale * 1.000001, FAR);
+                group = vec2<u32>(primitives[id].index.y, 0x80000000u);
+                break;
+            }
+            let hit = hit_primitive(id, probe, far, select(NONE, start, inside == NONE));
+            if hit.id != NONE && (inside == NONE || hit.t / scale < best.t) {
                 best = hit;
+                far = hit.t;
+                if inside != NONE {
+                    best.t = hit.t / scale;
+                    best.instance = inside;
+                }
                 if any {
                     return best;
                 }
             }
         }
         if (group.y & 0xff000000u) == 0u {
+            if inside != NONE && depth == way_out {
+                inside = NONE;
+                ray = node_ray(o, d);
+                probe = probe_along(o, d);
+                far = best.t;
+            }
             if depth == 0u {
                 break;
             }

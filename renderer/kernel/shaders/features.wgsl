@@ -31,7 +31,7 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
         }
         let s = surface_at(hit, path.o, path.d);
         let material = shapes[s.shape].index.x;
-        path.start = hit.id;
+        path.start = start_of(hit);
         if is_cut_out(&path, material, s) {
             go_through(&path, s);
             continue;
@@ -57,7 +57,7 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
             seen.depth = length(to_eye);
         }
         seen.position = s.p;
-        seen.id = shapes[s.shape].index.w + 1u;
+        seen.id = shapes[select(hit.instance, s.shape, hit.instance == NONE)].index.w + 1u;
         return seen;
     }
     return seen;

@@ -8,10 +8,12 @@ struct Hit {
     /// Of a flat primitive: how far along the edges from the first corner to the second and to the last. Of a cylinder or
     /// a cone: which part, PART_….
     uv: vec2<f32>,
+    /// Shape of the instance that the primitive was met in, or NONE.
+    instance: u32,
 }
 
 fn no_hit() -> Hit {
-    return Hit(FAR, NONE, vec2<f32>(0.0));
+    return Hit(FAR, NONE, vec2<f32>(0.0), NONE);
 }
 
 /// A ray with two axes across it.
@@ -62,7 +64,7 @@ fn hit_flat(id: u32, ray: Probe, t_max: f32) -> Hit {
     if !(t > 0.0 && t < t_max) {
         return no_hit();
     }
-    return Hit(t, id, uv);
+    return Hit(t, id, uv, NONE);
 }
 
 // The robust quadratic of Haines et al., Ray Tracing Gems ch. 7, on the unit sphere of the shape's own space, whose rays
@@ -92,7 +94,7 @@ fn hit_sphere(id: u32, ray: Probe, t_max: f32, starts_on: bool) -> Hit {
     if !(t > 0.0 && t < t_max) || (starts_on && b <= 0.0) {
         return no_hit();
     }
-    return Hit(t, id, vec2<f32>(0.0));
+    return Hit(t, id, vec2<f32>(0.0), NONE);
 }
 
 /// Primitive `id` of the BVH against a ray, in 0 < t < t_max. `start` is the primitive on which the ray starts, or NONE:
@@ -114,6 +116,18 @@ fn hit_primitive(id: u32, ray: Probe, t_max: f32, start: u32) -> Hit {
     return hit_flat(id, ray, t_max);
 }
 
+/// The primitive that a ray starts on which leaves from this hit. An instance's primitives are in many places: there, the
+/// step off the surface must do.
+fn start_of(hit: Hit) -> u32 {
+    return select(NONE, hit.id, hit.instance == NONE);
+}
+
+/// Whether primitive `id` is a copy of a part.
+fn is_instance(id: u32) -> bool {
+    return (params.features & FEATURE_INSTANCE) != 0u && (primitives[id].shade.w & PRIMITIVE_KIND) == PRIMITIVE_OTHER
+        && primitives[id].index.z == OTHER_INSTANCE;
+}
+
 // Plane `shape`: z = 0 in its own space.
 fn hit_plane(shape: u32, o: vec3<f32>, d: vec3<f32>, t_max: f32) -> f32 {
     let height = dot(shapes[shape].object_from_world_z, vec4<f32>(o, 1.0));
@@ -131,7 +145,7 @@ fn closest_hit(o: vec3<f32>, d: vec3<f32>, start: u32) -> Hit {
     for (var shape = 0u; shape < params.plane_count; shape++) {
         let t = hit_plane(shape, o, d, hit.t);
         if t < hit.t && (PLANE_BIT | shape) != start {
-            hit = Hit(t, PLANE_BIT | shape, vec2<f32>(0.0));
+            hit = Hit(t, PLANE_BIT | shape, vec2<f32>(0.0), NONE);
         }
     }
     return hit;

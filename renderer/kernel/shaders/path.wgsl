@@ -202,7 +202,7 @@ fn path_shade(path: ptr<function, Path>, hit: Hit) {
     }
     let s = surface_at(hit, (*path).o, (*path).d);
     let material = shapes[s.shape].index.x;
-    (*path).start = hit.id;
+    (*path).start = start_of(hit);
     if is_cut_out(path, material, s) {
         go_through(path, s);
         return;
@@ -305,7 +305,7 @@ fn shadow_share(o: vec3<f32>, d: vec3<f32>, t_max: f32, start: u32) -> f32 {
         }
         // Still to the same end: the step off the surface may be longer than the way that the light is spared.
         origin = offset_point(s, select(-s.ng, s.ng, dot(s.ng, d) > 0.0));
-        on = hit.id;
+        on = start_of(hit);
         if t_max >= SHADOW_REACH * FAR {
             continue;
         }

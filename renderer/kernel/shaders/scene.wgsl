@@ -64,6 +64,8 @@ const FEATURE_FISHEYE: u32 = 0x80000000u;
 const FEATURE_BLADES: u32 = 0x10000000u;
 /// A shape of shapes.wgsl.
 const FEATURE_OTHER: u32 = 2u;
+/// Copies of parts: OTHER_INSTANCE.
+const FEATURE_INSTANCE: u32 = 16u;
 /// Shifted by a MATERIAL_…: that kind. A GPU compiles the shaders anew for each set of features, and leaves out the rest.
 const FEATURE_MATERIAL: u32 = 256u;
 
@@ -150,13 +152,15 @@ struct Primitive {
     /// Octahedral normals of a triangle's corners, or 0s where it is flat; w: kind and shape.
     shade: vec4<u32>,
     /// Index in its shape; of a rectangle, 1 if u grows along the last edge instead of the first; of a triangle, where
-    /// what its mesh's vertices have is among `words`, or 0; OTHER_…; the rest is unused.
+    /// what its mesh's vertices have is among `words`, or 0; OTHER_…; the rest is unused. Of an instance: its part, and the
+    /// part's first node.
     index: vec4<u32>,
 }
 
 /// One instance of a shape.
 struct Shape {
-    /// Rows of the affine map from the world to the shape's unit sphere or plane z = 0; unused by meshes.
+    /// Rows of the affine map from the world, or from the part that it belongs to, to the shape's unit sphere or plane
+    /// z = 0; of an instance, to its part; unused by meshes.
     object_from_world_x: vec4<f32>,
     object_from_world_y: vec4<f32>,
     object_from_world_z: vec4<f32>,

@@ -14,6 +14,8 @@ const OTHER_FUNNEL: u32 = 4u;
 const OTHER_CAPSULE: u32 = 5u;
 /// All points `Primitive::x.x` from the unit circle about the axis; where that is over 1, those outside alone.
 const OTHER_TORUS: u32 = 6u;
+/// No shape but a copy of a part of the scene, which lies in its shape's own space: the walks go into it.
+const OTHER_INSTANCE: u32 = 7u;
 
 /// `Hit::uv.x` of a cylinder or a cone: which part was hit. The side is 0.
 const PART_TOP: f32 = 1.0;
@@ -184,7 +186,7 @@ fn span_hit(id: u32, span: Span, starts_on: bool) -> Hit {
     if span.near > span.far || !(t > 0.0) || (starts_on && span.near + span.far <= 0.0) {
         return no_hit();
     }
-    return Hit(t, id, vec2<f32>(select(span.far_part, span.near_part, enters), 0.0));
+    return Hit(t, id, vec2<f32>(select(span.far_part, span.near_part, enters), 0.0), NONE);
 }
 
 // The hit of what is open, at the first of two places where it may be. A ray that starts on it leaves the nearer out.
@@ -192,10 +194,10 @@ fn open_hit(id: u32, first: f32, second: f32, first_there: bool, second_there: b
     let on_first = starts_on && abs(first) <= abs(second);
     let on_second = starts_on && !on_first;
     if first_there && first > 0.0 && !on_first {
-        return Hit(first, id, vec2<f32>(0.0));
+        return Hit(first, id, vec2<f32>(0.0), NONE);
     }
     if second_there && second > 0.0 && !on_second {
-        return Hit(second, id, vec2<f32>(0.0));
+        return Hit(second, id, vec2<f32>(0.0), NONE);
     }
     return no_hit();
 }
@@ -232,7 +234,7 @@ fn disk_hit(id: u32, f: vec3<f32>, v: vec3<f32>, starts_on: bool) -> Hit {
     if !(t > 0.0 && x * x + z * z <= 1.0) {
         return no_hit();
     }
-    return Hit(t, id, vec2<f32>(0.0));
+    return Hit(t, id, vec2<f32>(0.0), NONE);
 }
 
 /// How far f + t v is off a torus: h = ((ρ − 1)² + y² − r²) / 2 with ρ = √(x² + z²), and dh/dt. This form, unlike that
@@ -332,7 +334,7 @@ fn torus_hit(id: u32, f: vec3<f32>, v: vec3<f32>, tube: f32, starts_on: bool) ->
             }
             let along = (begin + t) / speed;
             if t < FAR && along > 0.0 {
-                return Hit(along, id, vec2<f32>(0.0));
+                return Hit(along, id, vec2<f32>(0.0), NONE);
             }
             at = stop;
             on = false;

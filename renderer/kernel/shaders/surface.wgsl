@@ -149,6 +149,38 @@ fn shape_reach(shape: u32, r: f32) -> f32 {
 
 /// The surface where the ray from `o` along `d` was hit.
 fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
+    if (params.features & FEATURE_INSTANCE) == 0u {
+        return surface_of_own(hit, o, d);
+    }
+    // In an instance it is found in its part's space and carried out.
+    var own = hit;
+    var from_there = o;
+    var along = d;
+    let shape = hit.instance;
+    if shape != NONE {
+        let v = object_vector(shape, d);
+        let scale = length(v);
+        own.t = hit.t * scale;
+        from_there = object_point(shape, o);
+        along = v / scale;
+    }
+    var s = surface_of_own(own, from_there, along);
+    if shape != NONE {
+        s.p = world_point(shape, s.p);
+        s.ng = normalize(world_normal(shape, s.ng));
+        s.ns = normalize(world_normal(shape, s.ns));
+        s.tangent = world_vector(shape, s.tangent);
+        // As far again, since nothing else keeps a ray from meeting the primitive that it starts on.
+        s.reach = 4.0 * shape_reach(shape, s.reach);
+        let x = shapes[shape].world_from_object_x.xyz;
+        let y = shapes[shape].world_from_object_y.xyz;
+        let z = shapes[shape].world_from_object_z.xyz;
+        s.side *= select(1.0, -1.0, dot(cross(x, y), z) < 0.0);
+    }
+    return s;
+}
+
+fn surface_of_own(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     if (hit.id & PLANE_BIT) != 0u {
         return surface_of_plane(hit, o, d);
     }

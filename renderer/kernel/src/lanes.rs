@@ -132,6 +132,7 @@ macro_rules! lanes {
                         t: w::F::gather(|k| hits.t[k]),
                         id: w::U::gather(|k| hits.id[k]),
                         uv: w::V2 { x: w::F::gather(|k| hits.u[k]), y: w::F::gather(|k| hits.v[k]) },
+                        instance: w::U::gather(|k| hits.instance[k]),
                     }
                 }
 

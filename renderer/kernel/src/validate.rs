@@ -7,8 +7,8 @@ use crate::albedo;
 use crate::generated::{
     FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_LIGHT_TREE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_SKY_MAP,
     FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX,
-    MESH_SIZE, Material, NONE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO,
-    TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE,
+    TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -97,6 +97,9 @@ impl Packed {
         at.below_or_none("the sky's light", self.params.sky_map.w, self.lights.len())?;
         at.range("the number of planes", 0, self.params.plane_count, self.shapes.len())?;
         at.range("the number of primitives", 0, self.params.primitive_count, self.primitives.len())?;
+        for (i, part) in self.tree.parts.iter().enumerate() {
+            At("parts", i).range("the last primitive", part.first, part.count, self.primitives.len())?;
+        }
         if self.params.features & FEATURE_TEXTURE != 0 && self.params.textures.x != 0 {
             let maps = self.materials.len() as u32 * MAPS_SIZE;
             at.range("the maps of materials", self.params.textures.x, maps, self.words.len())?;
@@ -199,7 +202,12 @@ impl Packed {
                 at.range("what its vertices have", primitive.index.y, MESH_SIZE, self.words.len())?;
             }
             if kind == PRIMITIVE_OTHER {
-                at.below("the kind", primitive.index.z.into(), OTHER_TORUS as usize + 1)?;
+                at.below("the kind", primitive.index.z.into(), OTHER_INSTANCE as usize + 1)?;
+                if primitive.index.z == OTHER_INSTANCE {
+                    at.below("the part", primitive.index.x.into(), self.tree.parts.len())?;
+                    // Parts have no instances of their own.
+                    at.below("its own place", i as u64, self.params.primitive_count as usize)?;
+                }
             }
             at.below("the shape", shape.into(), self.shapes.len())?;
             let Some(shape) = self.shapes.get(shape as usize) else { continue };

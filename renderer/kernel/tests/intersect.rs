@@ -83,7 +83,7 @@ fn with_each_isa(packed: &Packed, mut f: impl FnMut(&Kernel<'_>)) {
 }
 
 fn by_brute_force(k: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
-    let mut best = Hit { t: t_max, id: NONE, ..Hit::default() };
+    let mut best = Hit { t: t_max, id: NONE, instance: NONE, ..Hit::default() };
     for id in 0..k.params.primitive_count {
         let hit = k.hit_primitive(id, k.probe_along(o, d), best.t, start);
         if hit.id != NONE {
@@ -545,7 +545,8 @@ fn check_bits(name: &str, builder: Builder, size: f32, count: usize) {
             let found = bvh_closest_many(k, &batch, active, &mut hits);
             let any = bvh_any_many(k, &batch, active);
             for (lane, &want) in want.iter().enumerate() {
-                let hit = Hit { t: hits.t[lane], id: hits.id[lane], uv: glam::Vec2::new(hits.u[lane], hits.v[lane]) };
+                let uv = glam::Vec2::new(hits.u[lane], hits.v[lane]);
+                let hit = Hit { t: hits.t[lane], id: hits.id[lane], uv, instance: hits.instance[lane] };
                 let want = if active >> lane & 1 == 1 { want } else { k.no_hit() };
                 if bits(hit) != bits(want) && (edge_on(want.id, rays[lane].1) || edge_on(hit.id, rays[lane].1)) {
                     odd += 1;

@@ -130,7 +130,12 @@ fn hit(r: &mut Random) -> Hit {
         _ => r.bits() as u32 % PRIMITIVES,
     };
     let u = r.square();
-    Hit { t: if id == NONE { FAR } else { r.within(0.01, 5.0) }, id, uv: Vec2::new(u.x, u.y * (1.0 - u.x)) }
+    Hit {
+        t: if id == NONE { FAR } else { r.within(0.01, 5.0) },
+        id,
+        uv: Vec2::new(u.x, u.y * (1.0 - u.x)),
+        instance: NONE,
+    }
 }
 
 /// A path as it may be anywhere on its way.

@@ -43,7 +43,7 @@ struct Shining {
     two_sided: bool,
 }
 
-fn is_far(v: Vec3) -> bool {
+pub fn is_far(v: Vec3) -> bool {
     !v.is_finite() || v.abs().max_element() > MAX_COORDINATE as f32
 }
 
@@ -178,13 +178,7 @@ impl Geometry {
 
     /// Widens all boxes so that no ray slips between two of them.
     pub fn pad_bounds(&mut self) {
-        let reach = self
-            .bounds
-            .iter()
-            .fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
-        for b in &mut self.bounds {
-            *b = b.padded(reach);
-        }
+        pad(&mut self.bounds);
     }
 
     fn add_sphere(&mut self, shape: u32, place: DAffine3) {
@@ -292,6 +286,15 @@ impl Geometry {
     }
 }
 
+/// Widens boxes so that no ray slips between two of them.
+pub fn pad(bounds: &mut [Bounds]) {
+    let reach =
+        bounds.iter().fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
+    for b in bounds {
+        *b = b.padded(reach);
+    }
+}
+
 // A flat primitive and its box. `index`: of the primitive in its shape.
 fn flat(kind_and_shape: u32, index: usize, corners: [DVec3; 4], normals: [u32; 3]) -> (Primitive, Bounds) {
     let [a, b, c, d] = corners.map(|p| p.as_vec3());
@@ -365,7 +368,7 @@ pub fn normal_matrix(place: DAffine3) -> DMat3 {
     place.matrix3.inverse().transpose()
 }
 
-fn set_transform(record: &mut PackedShape, place: DAffine3) {
+pub fn set_transform(record: &mut PackedShape, place: DAffine3) {
     let row = |m: &DAffine3, i: usize| {
         let r = m.matrix3.row(i);
         Vec4::new(r.x as f32, r.y as f32, r.z as f32, m.translation[i] as f32)

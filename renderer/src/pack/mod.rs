@@ -3,6 +3,7 @@
 //! Flat shapes become parallelograms and triangles in world space, spheres and all that curves stay exact, infinite planes stand beside the tree. All
 //! placing is done in f64 and rounded once.
 
+mod copies;
 mod eye;
 mod filter;
 mod geometry;
@@ -21,14 +22,14 @@ use glam::{UVec4, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{
     EMITTER_BEAM, EMITTER_GLOW, FEATURE_BEAM, FEATURE_BLADES, FEATURE_CUTOUT, FEATURE_DELTA, FEATURE_DISTANT,
-    FEATURE_FISHEYE, FEATURE_GLOW, FEATURE_LIGHT_TREE, FEATURE_MATERIAL, FEATURE_ORTHOGRAPHIC, FEATURE_OTHER,
-    FEATURE_PANORAMA, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE, PRIMITIVE_KIND,
-    PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
+    FEATURE_FISHEYE, FEATURE_GLOW, FEATURE_INSTANCE, FEATURE_LIGHT_TREE, FEATURE_MATERIAL, FEATURE_ORTHOGRAPHIC,
+    FEATURE_OTHER, FEATURE_PANORAMA, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE,
+    OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
 };
 use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
-use kinora_scene::{Background, Instance, LightKind, Mis, Projection, Sampler, SkyLight, World};
+use kinora_scene::{Background, LightKind, Mis, Projection, Sampler, SkyLight, World};
 
 use geometry::Geometry;
 use materials::Materials;
@@ -85,6 +86,11 @@ pub enum PackError {
         /// How many there may be.
         limit: usize,
     },
+    /// Copies of copies are more than can be traced.
+    Copies {
+        /// How many there may be.
+        limit: usize,
+    },
     /// The geometry lies so that its tree is too deep, for example many shapes in the same place.
     TooDeep {
         /// Levels of the tree.
@@ -116,6 +122,7 @@ impl std::fmt::Display for PackError {
             PackError::Words { words, limit } => {
                 write!(f, "pictures and lights take {} MiB, the limit is {} MiB", words >> 18, limit >> 18)
             }
+            PackError::Copies { limit } => write!(f, "there are more than {limit} copies"),
             PackError::TooDeep { depth } => write!(f, "the tree over the shapes is {depth} levels deep"),
         }
     }
@@ -138,16 +145,21 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let Materials { records, reads, shines } = materials::pack(&world.materials, &mut textures)?;
     let mut geometry = Geometry { materials: records, reads, shines, textures, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
-    let (planes, others): (Vec<_>, Vec<_>) =
-        world.instances.iter().partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
+    let again = copies::unfold(world)?;
+    let (planes, others): (Vec<_>, Vec<_>) = world
+        .instances
+        .iter()
+        .chain(&again.instances)
+        .partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
     let plane_count = planes.len() as u32;
     for instance in planes.into_iter().chain(others) {
         geometry.add(instance, world)?;
     }
+    let parts = copies::add(&mut geometry, world, again.copies)?;
     if geometry.primitives.len() > MAX_PRIMITIVES {
         return Err(PackError::TooMany { primitives: geometry.primitives.len(), limit: MAX_PRIMITIVES });
     }
-    for lamp in &world.lights {
+    for lamp in world.lights.iter().chain(&again.lights) {
         match &lamp.light.kind {
             LightKind::Point { radius_m, .. } | LightKind::Spot { radius_m, .. } if *radius_m > 0.0 => {
                 geometry.add_lamp(lamp)?;
@@ -173,7 +185,12 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let light_count = if above.lights.is_empty() { near_count } else { geometry.lights.len() as u32 };
     let primitive_count = geometry.primitives.len() as u32;
     geometry.pad_bounds();
-    let tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
+    let mut tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
+    for (part, mut primitives) in parts.trees {
+        let (first, count) = (geometry.primitives.len() as u32, primitives.len() as u32);
+        tree.add_part(part, first, count);
+        geometry.primitives.append(&mut primitives);
+    }
     let mut params = Params { plane_count, primitive_count, light_count, ..params(world) };
     above.write(&mut params);
     params.light_tree = light_tree.unwrap_or(0);
@@ -193,12 +210,15 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     if all_lights.iter().any(delta) {
         params.features |= FEATURE_DELTA;
     }
-    let cut_out = |instance: &Instance| geometry.materials.get(instance.material).is_some_and(|m| m.more.w < 1.0);
-    if world.instances.iter().any(cut_out) {
+    let cut_out = |material: usize| geometry.materials.get(material).is_some_and(|m| m.more.w < 1.0);
+    let mut shapes = world.instances.iter().chain(world.parts.iter().flat_map(|part| &part.instances));
+    let mut copies = world.copies.iter().chain(world.parts.iter().flat_map(|part| &part.copies));
+    if shapes.any(|instance| cut_out(instance.material)) || copies.any(|copied| copied.material.is_some_and(cut_out)) {
         params.features |= FEATURE_CUTOUT;
     }
-    if geometry.primitives.iter().any(|p| p.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER) {
-        params.features |= FEATURE_OTHER;
+    for primitive in geometry.primitives.iter().filter(|p| p.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER) {
+        let instance = primitive.index.z == OTHER_INSTANCE;
+        params.features |= if instance { FEATURE_INSTANCE } else { FEATURE_OTHER };
     }
     for material in &geometry.materials {
         params.features |= FEATURE_MATERIAL << material.kind.x;

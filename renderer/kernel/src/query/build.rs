@@ -9,11 +9,12 @@ use rayon::prelude::*;
 
 use super::lanes::{Row, WIDTH};
 use super::tree::{
-    FEW, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Node, Tree,
+    FEW, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf,
+    Node, Tree,
 };
 use crate::generated::{
-    NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_TUBE, PRIMITIVE_KIND,
-    PRIMITIVE_OTHER, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape,
+    NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_INSTANCE, OTHER_TUBE,
+    PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_PARALLELOGRAM, PRIMITIVE_SPHERE, Primitive, Shape,
 };
 
 /// The box of a primitive.
@@ -40,6 +41,27 @@ impl Bounds {
                 _ => (-across - size * whole, across + size * whole),
             };
             (row.w + low, row.w + high)
+        });
+        Bounds {
+            low: Vec3::from_array(ends.map(|(low, _)| low as f32)),
+            high: Vec3::from_array(ends.map(|(_, high)| high as f32)),
+        }
+    }
+
+    /// Both, and what lies between.
+    #[must_use]
+    pub fn join(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The box around this one after an affine map, not widened; `rows` are those of the map.
+    #[must_use]
+    pub fn placed(self, rows: [DVec4; 3]) -> Self {
+        let (middle, half) =
+            (self.low.as_dvec3().midpoint(self.high.as_dvec3()), (self.high - self.low).as_dvec3() * 0.5);
+        let ends = rows.map(|row| {
+            let (at, reach) = (row.truncate().dot(middle) + row.w, row.truncate().abs().dot(half));
+            (at - reach, at + reach)
         });
         Bounds {
             low: Vec3::from_array(ends.map(|(low, _)| low as f32)),
@@ -138,7 +160,12 @@ impl Part {
     }
 
     fn is_leaf(&self) -> bool {
-        self.len() <= WIDTH && self.kind != ITEM_NODE
+        self.len() <= self.most(WIDTH) && self.kind != ITEM_NODE
+    }
+
+    // How many of its items may be left together where others may be so many: an instance is an item of its own.
+    fn most(&self, others: usize) -> usize {
+        if self.kind == ITEM_INSTANCE { 1 } else { others }
     }
 }
 
@@ -191,7 +218,8 @@ pub fn build(primitives: &mut Vec<Primitive>, bounds: &[Bounds], shapes: &[Shape
         for slot in 0..WIDTH {
             let (first, count) = draft.leaves[slot];
             if count > 0 {
-                let item = draft.node.items[slot] | rows as u32;
+                let kind = draft.node.items[slot];
+                let item = kind | if kind == ITEM_INSTANCE { first } else { rows as u32 };
                 draft.node.items[slot] = item;
                 let corner = |side: usize| [0, 1, 2].map(|axis| draft.node.bounds[axis][side].0[slot]);
                 leaves.push((Leaf { low: corner(0), high: corner(1), item, count: count as usize }, first));
@@ -217,7 +245,8 @@ pub fn build(primitives: &mut Vec<Primitive>, bounds: &[Bounds], shapes: &[Shape
     places.into_par_iter().with_min_len(256).for_each(|(rows, leaf, first)| {
         fill(rows, leaf.item & ITEM_KIND, first, &primitives[first..first + leaf.count], shapes);
     });
-    if count <= FEW {
+    let instances = leaves.iter().any(|(leaf, _)| leaf.item & ITEM_KIND == ITEM_INSTANCE);
+    if count <= FEW && !instances {
         tree.leaves = leaves.into_iter().map(|(leaf, _)| leaf).collect();
     }
     tree
@@ -228,13 +257,15 @@ fn item_kind(primitive: &Primitive) -> u32 {
     match primitive.shade.w & PRIMITIVE_KIND {
         PRIMITIVE_SPHERE => ITEM_SPHERES,
         PRIMITIVE_PARALLELOGRAM => ITEM_PARALLELOGRAMS,
+        PRIMITIVE_OTHER if primitive.index.z == OTHER_INSTANCE => ITEM_INSTANCE,
         PRIMITIVE_OTHER => ITEM_OTHERS,
         _ => ITEM_TRIANGLES,
     }
 }
 
-fn rows_of(item: u32) -> usize {
+pub(super) fn rows_of(item: u32) -> usize {
     match item & ITEM_KIND {
+        ITEM_INSTANCE => 0,
         ITEM_TRIANGLES => 10,
         ITEM_OTHERS => 1,
         _ => 13,
@@ -359,7 +390,7 @@ impl Twigs {
         let mut waiting = vec![(0, 0)];
         while let Some((at, depth)) = waiting.pop() {
             let part = twigs[at].part;
-            if part.len() <= LEAST && part.kind != ITEM_NODE {
+            if part.len() <= part.most(LEAST) && part.kind != ITEM_NODE {
                 continue;
             }
             let own = &mut items[part.first - whole.first..part.end - whole.first];

@@ -7,7 +7,9 @@ use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 
 use super::build::Bounds;
-use crate::generated::{BVH_STACK, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_SPHERE, Primitive, Shape};
+use crate::generated::{
+    BVH_STACK, OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_SPHERE, Primitive, Shape,
+};
 use crate::packed::{Packed, TooDeep};
 
 /// A compressed tree with its primitives.
@@ -38,15 +40,38 @@ impl Packed {
         let Some(primitives) = self.primitives.get(..count).filter(|primitives| !primitives.is_empty()) else {
             return Ok(Compressed { bvh: CwBvh::default(), primitives: self.primitives.clone() });
         };
-        let bounds: Vec<Bounds> = primitives.iter().map(|p| bounds_of(p, &self.shapes, self.tree.reach)).collect();
-        let config = match count <= MAX_TUNED {
-            true => BvhBuildParams::very_slow_build(),
-            false => BvhBuildParams::fast_build(),
-        };
-        let bvh = build_cwbvh(&bounds, config, &mut std::time::Duration::default());
-        let reordered = bvh.primitive_indices.iter().filter_map(|&i| primitives.get(i as usize).copied()).collect();
-        let compressed = Compressed { bvh, primitives: reordered };
-        compressed.check_depth()?;
+        let mut compressed =
+            Compressed { bvh: CwBvh::default(), primitives: Vec::with_capacity(self.primitives.len()) };
+        // First the scene's own tree, whose root is node 0; instances learn where their parts' trees begin.
+        let boxes: Vec<Bounds> = self
+            .tree
+            .parts
+            .iter()
+            .map(|part| {
+                let own = self.primitives.iter().skip(part.first as usize).take(part.count as usize);
+                let boxes = own.map(|p| bounds_of(p, &self.shapes, &[], part.reach));
+                boxes.reduce(Bounds::join).unwrap_or(Bounds { low: Vec3::ZERO, high: Vec3::ZERO })
+            })
+            .collect();
+        compressed.append(primitives, |p| bounds_of(p, &self.shapes, &boxes, self.tree.reach));
+        let mut depth = compressed.depth(0);
+        let mut below = 0;
+        let mut roots = Vec::with_capacity(self.tree.parts.len());
+        for part in &self.tree.parts {
+            let own = self.primitives.get(part.first as usize..).and_then(|rest| rest.get(..part.count as usize));
+            let root = compressed.bvh.nodes.len() as u32;
+            compressed.append(own.unwrap_or_default(), |p| bounds_of(p, &self.shapes, &[], part.reach));
+            roots.push(root);
+            // On its way into a part a walk may leave two groups behind.
+            below = below.max(compressed.depth(root) + 2);
+        }
+        for primitive in compressed.primitives.iter_mut().take(count).filter(|p| is_instance(p)) {
+            primitive.index.y = roots.get(primitive.index.x as usize).copied().unwrap_or_default();
+        }
+        depth += below;
+        if depth >= BVH_STACK {
+            return Err(TooDeep { depth });
+        }
         Ok(compressed)
     }
 }
@@ -60,26 +85,50 @@ impl Compressed {
         }
     }
 
-    fn check_depth(&self) -> Result<(), TooDeep> {
-        let mut level = vec![0_u32];
+    // Adds a tree over `primitives`, and them in the order of its leaves.
+    fn append(&mut self, primitives: &[Primitive], bounds: impl Fn(&Primitive) -> Bounds) {
+        let bounds: Vec<Bounds> = primitives.iter().map(bounds).collect();
+        let config = match primitives.len() <= MAX_TUNED {
+            true => BvhBuildParams::very_slow_build(),
+            false => BvhBuildParams::fast_build(),
+        };
+        let mut bvh = build_cwbvh(&bounds, config, &mut std::time::Duration::default());
+        let (node_base, base) = (self.bvh.nodes.len() as u32, self.primitives.len() as u32);
+        self.primitives.extend(bvh.primitive_indices.iter().filter_map(|&i| primitives.get(i as usize).copied()));
+        if node_base == 0 {
+            self.bvh = bvh;
+            return;
+        }
+        for node in &mut bvh.nodes {
+            node.child_base_idx += node_base;
+            node.primitive_base_idx += base;
+        }
+        self.bvh.nodes.append(&mut bvh.nodes);
+    }
+
+    // Levels of the tree below node `root`, at most BVH_STACK.
+    fn depth(&self, root: u32) -> u32 {
+        let mut level = vec![root];
         let mut depth = 0;
-        while !level.is_empty() {
+        while !level.is_empty() && depth < BVH_STACK {
             depth += 1;
-            if depth >= BVH_STACK {
-                return Err(TooDeep { depth });
-            }
             level = level
                 .iter()
                 .filter_map(|&node| self.bvh.nodes.get(node as usize))
                 .flat_map(|node| node.child_base_idx..node.child_base_idx + node.imask.count_ones())
                 .collect();
         }
-        Ok(())
+        depth
     }
 }
 
-/// The box of a primitive, wide enough for rounding where the largest coordinate is `reach`.
-fn bounds_of(primitive: &Primitive, shapes: &[Shape], reach: f32) -> Bounds {
+fn is_instance(primitive: &Primitive) -> bool {
+    primitive.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER && primitive.index.z == OTHER_INSTANCE
+}
+
+/// The box of a primitive, wide enough for rounding where the largest coordinate is `reach`; `parts`: the boxes of what
+/// instances are copies of.
+fn bounds_of(primitive: &Primitive, shapes: &[Shape], parts: &[Bounds], reach: f32) -> Bounds {
     if primitive.shade.w & PRIMITIVE_KIND == PRIMITIVE_SPHERE {
         let shape = shapes.get((primitive.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default();
         let rows = [shape.world_from_object_x, shape.world_from_object_y, shape.world_from_object_z];
@@ -90,6 +139,11 @@ fn bounds_of(primitive: &Primitive, shapes: &[Shape], reach: f32) -> Bounds {
     if primitive.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER {
         let shape = shapes.get((primitive.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default();
         let rows = [shape.world_from_object_x, shape.world_from_object_y, shape.world_from_object_z];
+        if is_instance(primitive) {
+            let part = parts.get(primitive.index.x as usize).copied();
+            let part = part.unwrap_or(Bounds { low: Vec3::ZERO, high: Vec3::ZERO });
+            return part.placed(rows.map(|row| row.as_dvec4())).padded(reach);
+        }
         return Bounds::of_other(primitive, rows.map(|row| row.as_dvec4())).padded(reach);
     }
     let rows = [primitive.x, primitive.y, primitive.z];

@@ -22,7 +22,7 @@ pub use build::{Bounds, build};
 pub use compressed::Compressed;
 pub use lanes::{BATCH, Isa};
 pub use ray::{Hits, Rays};
-pub use tree::Tree;
+pub use tree::{Part, Tree};
 
 /// What the queries need beside the arrays.
 #[derive(Clone, Copy)]

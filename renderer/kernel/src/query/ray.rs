@@ -34,12 +34,14 @@ pub struct Hits {
     pub u: [f32; BATCH],
     /// How far along the edge to the last corner.
     pub v: [f32; BATCH],
+    /// Shape of the instance, or NONE.
+    pub instance: [u32; BATCH],
 }
 
 impl Default for Hits {
     fn default() -> Self {
         use crate::generated::{FAR, NONE};
-        Self { t: [FAR; BATCH], id: [NONE; BATCH], u: [0.0; BATCH], v: [0.0; BATCH] }
+        Self { t: [FAR; BATCH], id: [NONE; BATCH], u: [0.0; BATCH], v: [0.0; BATCH], instance: [NONE; BATCH] }
     }
 }
 

@@ -2,6 +2,7 @@
 //! side by side, so that a node or a leaf is one test in eight lanes.
 
 use super::lanes::{Row, WIDTH};
+use crate::generated::NONE;
 
 /// What an item of a node is: its high bits. The others are the index of a node, or of a leaf's first row.
 pub const ITEM_KIND: u32 = 0xe000_0000;
@@ -15,6 +16,9 @@ pub const ITEM_PARALLELOGRAMS: u32 = 0x4000_0000;
 pub const ITEM_SPHERES: u32 = 0x6000_0000;
 /// Up to eight of PRIMITIVE_OTHER: their indices.
 pub const ITEM_OTHERS: u32 = 0x8000_0000;
+
+/// One of OTHER_INSTANCE: its index among the primitives.
+pub const ITEM_INSTANCE: u32 = 0xa000_0000;
 
 /// A leaf that is not there: rays without a direction visit even empty slots.
 pub const NO_ITEM: u32 = ITEM_TRIANGLES | !ITEM_KIND;
@@ -47,9 +51,22 @@ pub struct Leaf {
     pub count: usize,
 }
 
+/// A part of the scene that has a tree of its own, in a space of its own.
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// First of its primitives, and how many.
+    pub first: u32,
+    /// How many primitives it has.
+    pub count: u32,
+    pub(super) root: Option<u32>,
+    pub(super) reach: f32,
+}
+
 /// The tree.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
+    /// What instances are copies of.
+    pub parts: Vec<Part>,
     pub(super) nodes: Vec<Node>,
     pub(super) rows: Vec<Row>,
     pub(super) root: Option<u32>,
@@ -65,7 +82,13 @@ pub const FEW: usize = 32;
 impl Tree {
     /// Levels of nodes, as far as `most`.
     pub fn levels(&self, most: u32) -> u32 {
-        let mut level: Vec<u32> = self.root.into_iter().filter(|root| root & ITEM_KIND == ITEM_NODE).collect();
+        // On its way into a part a walk may leave two groups behind.
+        let parts = self.parts.iter().map(|part| self.levels_below(part.root, most) + 2).max();
+        self.levels_below(self.root, most) + parts.unwrap_or(0)
+    }
+
+    fn levels_below(&self, root: Option<u32>, most: u32) -> u32 {
+        let mut level: Vec<u32> = root.into_iter().filter(|root| root & ITEM_KIND == ITEM_NODE).collect();
         let mut levels = 0;
         while !level.is_empty() && levels < most {
             levels += 1;
@@ -78,6 +101,35 @@ impl Tree {
     /// Whether a batch of rays had better test all primitives.
     pub(super) fn has_few(&self) -> bool {
         !self.leaves.is_empty()
+    }
+
+    /// Takes in the tree of a part, whose primitives are those from `first` on.
+    pub fn add_part(&mut self, part: Tree, first: u32, count: u32) {
+        let Tree { mut nodes, mut rows, root, reach, .. } = part;
+        let (node_base, row_base) = (self.nodes.len() as u32, self.rows.len() as u32);
+        let mut place = |item: u32| {
+            if item & ITEM_KIND == ITEM_NODE {
+                return item + node_base;
+            }
+            if item == NO_ITEM {
+                return item;
+            }
+            let last = (item & !ITEM_KIND) as usize + super::build::rows_of(item) - 1;
+            if let Some(ids) = rows.get_mut(last) {
+                let moved = |id: f32| if id.to_bits() == NONE { NONE } else { id.to_bits() + first };
+                *ids = Row::from_bits(ids.0.map(moved));
+            }
+            item + row_base
+        };
+        for node in &mut nodes {
+            node.items = node.items.map(&mut place);
+        }
+        let root = root.map(place);
+        self.nodes.append(&mut nodes);
+        self.rows.append(&mut rows);
+        self.parts.push(Part { first, count, root, reach });
+        // Those who test all primitives do not go into parts.
+        self.leaves = Vec::new();
     }
 
     /// Bytes that it takes.

@@ -1,12 +1,14 @@
 //! The walk through the tree: one ray before eight boxes or primitives, or many rays before one box.
 
+use glam::Vec3;
+
 use super::lanes::{BATCH, Eight, Lanes, Row, Stack, WIDTH};
 use super::ray::{Hits, Of, Prepared, Rays, splat};
 use super::shapes::{LaneHits, Probe, flats, others, spheres};
 use super::tree::{
-    ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, NO_ITEM, Node,
+    ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, NO_ITEM, Node,
 };
-use crate::generated::{FAR, Hit, Kernel, NONE};
+use crate::generated::{FAR, Hit, Kernel, NONE, PRIMITIVE_KIND};
 
 /// Orders of visit by the signs of a ray's direction and the mask of the slots that it meets, the slots as bytes: the
 /// nearest in the last byte, the others in the first ones, farthest first.
@@ -48,19 +50,19 @@ struct Walk {
     cull: f32,
 }
 
-const NOTHING: Hit = Hit { t: FAR, id: NONE, uv: glam::Vec2::ZERO };
+const NOTHING: Hit = Hit { t: FAR, id: NONE, uv: glam::Vec2::ZERO, instance: NONE };
 
 impl Walk {
     #[inline(always)]
     fn new(root: u32, t_max: f32, start: u32, slack: f32) -> Self {
-        // Of two hits at one distance the lower index wins; nothing is below the first.
+        // Of two hits at one distance the lower instance and index win; nothing is below the first.
         let best = Hit { t: t_max, id: 0, ..Hit::default() };
         Self { item: root, start, best, found: false, cull: t_max + slack }
     }
 
     /// Visits a node or a leaf with ray `i`; false after the last.
     #[inline(always)]
-    fn step<L: Eight, const ANY: bool, const N: usize>(
+    fn step<L: Eight, const ANY: bool, const TOP: bool, const N: usize>(
         &mut self,
         kernel: &Kernel<'_>,
         rays: &Prepared<N>,
@@ -77,6 +79,20 @@ impl Walk {
                 stack.push(near.permute(order), items, mask.count_ones() as usize - 1);
                 self.item = node.items[(order >> 56) as usize % WIDTH];
                 return true;
+            }
+        } else if TOP && self.item & ITEM_KIND == ITEM_INSTANCE {
+            let (o, d) = (rays.o.map(|o| o[i]), rays.d.map(|d| d[i]));
+            if let Some(hit) = inside::<L, ANY>(kernel, self.item & !ITEM_KIND, o, d, self.best.t) {
+                if ANY {
+                    self.found = true;
+                    return false;
+                }
+                let before = (hit.instance, hit.id) < (self.best.instance, self.best.id);
+                if hit.t < self.best.t || (hit.t == self.best.t && before) {
+                    self.found = true;
+                    self.best = hit;
+                    self.cull = hit.t + rays.slack[i];
+                }
             }
         } else if let Some((hits, ids)) = leaf::<L, N>(kernel, self.item, rays, i, L::splat(self.best.t), self.start) {
             if ANY {
@@ -111,8 +127,9 @@ impl Walk {
             let i = mask.trailing_zeros() as usize % WIDTH;
             mask &= mask - 1;
             let id = ids.0[i].to_bits();
-            if t.0[i] < self.best.t || (t.0[i] == self.best.t && id < self.best.id) {
-                self.best = Hit { t: t.0[i], id, uv: glam::Vec2::new(u.0[i], v.0[i]) };
+            let before = self.best.instance == NONE && id < self.best.id;
+            if t.0[i] < self.best.t || (t.0[i] == self.best.t && before) {
+                self.best = Hit { t: t.0[i], id, uv: glam::Vec2::new(u.0[i], v.0[i]), instance: NONE };
                 self.found = true;
             }
         }
@@ -123,6 +140,31 @@ impl Walk {
     fn hit(&self) -> Hit {
         if self.found { self.best } else { NOTHING }
     }
+}
+
+/// The hit of the ray from `o` along `d` in an instance, which is primitive `id`, as far as `t_max`. The nearest may be a
+/// little farther away: a ray's distance inside is rounded, and what lies at one distance is for the caller to decide.
+#[inline(always)]
+fn inside<L: Eight, const ANY: bool>(
+    kernel: &Kernel<'_>,
+    id: u32,
+    o: [f32; 3],
+    d: [f32; 3],
+    t_max: f32,
+) -> Option<Hit> {
+    let instance = kernel.primitives.get(id as usize)?;
+    let part = kernel.native.tree.parts.get(instance.index.x as usize)?;
+    let shape = instance.shade.w & !PRIMITIVE_KIND;
+    let (o, v) = (kernel.object_point(shape, o.into()), kernel.object_vector(shape, d.into()));
+    let scale = v.length();
+    let d = v / scale;
+    let all = |v: Vec3| v.to_array().map(|x| [x; WIDTH]);
+    let rays = Prepared::<WIDTH>::new::<L>(&all(o), &all(d), part.reach);
+    let reach = t_max * scale * if ANY { 1.0 } else { 1.000_001 };
+    let mut walk = Walk::new(part.root?, reach.min(FAR), NONE, rays.slack[0]);
+    let mut stack = Stack::new();
+    while walk.step::<L, ANY, false, WIDTH>(kernel, &rays, 0, &mut stack) {}
+    walk.found.then(|| Hit { t: walk.best.t / scale, instance: shape, ..walk.best })
 }
 
 /// Where ray `i` enters a node's boxes, and which of them it meets before `cull`.
@@ -213,7 +255,7 @@ pub fn one<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32;
         Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
     let mut walk = Walk::new(root, t_max, start, rays.slack[0]);
     let mut stack = Stack::new();
-    while walk.step::<L, ANY, WIDTH>(kernel, &rays, 0, &mut stack) {}
+    while walk.step::<L, ANY, true, WIDTH>(kernel, &rays, 0, &mut stack) {}
     walk.hit()
 }
 
@@ -282,16 +324,18 @@ pub fn many<E: Eight, W: Lanes, const ANY: bool>(
                 mask &= mask - 1;
                 let mut walk = Walk::new(item, rays.t_max[i], rays.start[i], prepared.slack[i]);
                 if !ANY && found >> i & 1 == 1 {
-                    walk.best = Hit { t: hits.t[i], id: hits.id[i], uv: glam::Vec2::new(hits.u[i], hits.v[i]) };
+                    let uv = glam::Vec2::new(hits.u[i], hits.v[i]);
+                    walk.best = Hit { t: hits.t[i], id: hits.id[i], uv, instance: hits.instance[i] };
                     walk.cull = cull[i];
                 }
                 let mut stack = Stack::new();
-                while walk.step::<E, ANY, BATCH>(kernel, &prepared, i, &mut stack) {}
+                while walk.step::<E, ANY, true, BATCH>(kernel, &prepared, i, &mut stack) {}
                 if walk.found {
                     found |= 1 << i;
                     if !ANY {
                         let hit = walk.best;
                         (hits.t[i], hits.id[i], hits.u[i], hits.v[i]) = (hit.t, hit.id, hit.uv.x, hit.uv.y);
+                        hits.instance[i] = hit.instance;
                         cull[i] = walk.cull;
                     }
                 }
