@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
+use kinora_lang::files::Memory;
 use kinora_renderer::{Choice, Options, Renderer, develop, open};
 use kinora_tests::picture::{mean_difference, read_png, write_png};
-use kinora_tests::world;
+use kinora_tests::world_with;
 
-const PAGES: &[&str] = &["cameras"];
+const PAGES: &[&str] = &["cameras", "materials"];
 
 /// As of the golden pictures.
 const TOLERANCE: f64 = 0.02;
@@ -17,6 +18,9 @@ fn pictures_of_the_pages() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
     let bless = std::env::var_os("KINORA_BLESS").is_some_and(|v| v == "1");
     let mut renderer = Renderer::new(open(Choice::Cpu, Options::default()).expect("the CPU opens"));
+    let texture = |name| std::fs::read(folder.join("pictures").join(name)).expect("the texture is there");
+    let textures = ["bricks.png", "bricks_normal.png"].map(|name| (name, texture(name)));
+    let files = Memory::new(textures.iter().map(|(name, bytes)| (*name, bytes.as_slice())));
     for page in PAGES {
         let text = std::fs::read_to_string(folder.join(format!("{page}.md"))).expect("the page is there");
         let text = text.replace("\r\n", "\n");
@@ -26,7 +30,7 @@ fn pictures_of_the_pages() {
             let picture = above.rsplit("](pictures/").next().and_then(|rest| rest.split_once(')'));
             let (name, _) = picture.unwrap_or_else(|| panic!("{page}: no picture above\n{example}"));
             above = below;
-            let world = world(&format!("{stage}{example}"));
+            let world = world_with(&format!("{stage}{example}"), &files);
             let got = develop(&renderer.render(&world, &()).expect("the example renders"), &world.look).codes8();
             let path = folder.join("pictures").join(name);
             if bless {

@@ -27,6 +27,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("sky", 48),
     ("lens", 0),
     ("forest", 0),
+    ("helmet", 0),
 ];
 
 const SIZE: [u32; 2] = [96, 72];

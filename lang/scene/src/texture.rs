@@ -18,7 +18,8 @@ pub struct Map {
 /// The properties that a texture can scale. A slot that the kind of material does not have is ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Slot {
-    /// diffuse, metal (at normal incidence), emitter: `color`.
+    /// diffuse, metal (at normal incidence), emitter: `color`. dielectric: of white light that has passed a sheet, or gone
+    /// into a body and out again.
     Color,
     /// metal: `edge_tint`.
     EdgeTint,

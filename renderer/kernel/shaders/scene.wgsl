@@ -28,6 +28,8 @@ const METAL_SPECTRUM: u32 = 1u;
 const COMPENSATE: u32 = 2u;
 /// A sheet without thickness.
 const DIELECTRIC_THIN: u32 = 4u;
+/// What passes has a colour from a texture.
+const DIELECTRIC_TINTED: u32 = 16u;
 
 /// Both sides shine.
 const EMITTER_TWO_SIDED: u32 = 16u;

@@ -399,6 +399,11 @@ fn material_on(material: u32, s: Surface) -> Material {
                 finish_metal(&m);
             }
             case MATERIAL_DIELECTRIC: {
+                m.color = clamp(m.color, vec4<f32>(0.0), vec4<f32>(1.0));
+                if (m.kind.y & DIELECTRIC_THIN) == 0u {
+                    // Light passes the boundary of a body twice.
+                    m.color = sqrt(m.color);
+                }
                 let widths = ggx_widths(m.lobe.z, 0.0);
                 m.lobe = vec4<f32>(widths, m.lobe.zw);
                 if widths.x < MIRROR_ALPHA {

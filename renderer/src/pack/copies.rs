@@ -8,10 +8,11 @@ use glam::{DAffine3, UVec4};
 use kinora_kernel::generated::{NONE, OTHER_INSTANCE, PRIMITIVE_OTHER};
 use kinora_kernel::query::{Bounds, Tree, build};
 use kinora_kernel::{Primitive, Shape as PackedShape};
-use kinora_scene::{Beam, Bsdf, Copied, Instance, Lamp, LightKind, Shape, World};
+use kinora_scene::{Beam, Copied, Instance, Lamp, LightKind, Shape, World};
 
 use super::PackError;
 use super::geometry::{Geometry, set_transform};
+use super::materials::shining;
 
 /// Copies of a picture.
 const MAX_COPIES: usize = 10_000_000;
@@ -48,7 +49,7 @@ pub struct Unfolded {
 /// There are too many.
 pub fn unfold(world: &World) -> Result<Unfolded, PackError> {
     let mut all = Unfolded::default();
-    let shines = shining(world);
+    let shines = shining(&world.materials);
     for copied in &world.copies {
         for (k, place) in copied.places.iter().enumerate() {
             follow(&mut all, world, &shines, copied, *place, (copied.first + k, copied.material), 0)?;
@@ -98,21 +99,6 @@ fn is_shared(instance: &Instance, material: Option<usize>, shines: &[bool]) -> b
     !shines && !matches!(instance.shape, Shape::Plane { .. })
 }
 
-/// Which materials shine, or have a part that does.
-fn shining(world: &World) -> Vec<bool> {
-    let mut shines: Vec<bool> = Vec::with_capacity(world.materials.len());
-    for material in &world.materials {
-        let part = |part: usize| shines.get(part) == Some(&true);
-        shines.push(match &material.bsdf {
-            Bsdf::Emitter { .. } => true,
-            Bsdf::Glossy { base, .. } => part(*base),
-            Bsdf::Mix { a, b, .. } => part(*a) || part(*b),
-            _ => false,
-        });
-    }
-    shines
-}
-
 /// A lamp of a part where a copy is.
 fn carried(lamp: &Lamp, place: DAffine3) -> Lamp {
     let mut lamp = lamp.clone();
@@ -146,7 +132,7 @@ pub struct Parts {
 /// # Errors
 /// What a part's shapes may have; a copy lies outside of what single precision can hold.
 pub fn add(geometry: &mut Geometry, world: &World, copies: Vec<Copy>) -> Result<Parts, PackError> {
-    let shines = if copies.is_empty() { Vec::new() } else { shining(world) };
+    let shines = if copies.is_empty() { Vec::new() } else { shining(&world.materials) };
     let mut parts = Parts::default();
     let mut known: HashMap<Key, (usize, Bounds)> = HashMap::new();
     geometry.primitives.reserve(copies.len());

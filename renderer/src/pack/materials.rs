@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use glam::{IVec4, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
-    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_GLOW, EMITTER_TWO_SIDED,
-    MAPS_FLAGS, MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE,
-    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM, MIRROR_ALPHA, NONE,
-    SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS, SLOT_ROUGHNESS,
+    CHOICE, COMPENSATE, DIELECTRIC_THIN, DIELECTRIC_TINTED, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_GLOW,
+    EMITTER_TWO_SIDED, MAPS_FLAGS, MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC,
+    MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM,
+    MIRROR_ALPHA, NONE, SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS, SLOT_ROUGHNESS,
 };
 use kinora_kernel::{Material as Packed, Packed as Scene, albedo};
 use kinora_scene::{Bsdf, DiffuseModel, Emission, Map, Material, Reflectance, Slot, Still};
@@ -234,6 +234,9 @@ impl Packer<'_> {
                     if thin { Vec3::ZERO } else { absorption_per_m(attenuation_color, attenuation_distance_m) };
                 let lobe = widths(roughness, 0.0);
                 let mut flags = if thin { DIELECTRIC_THIN } else { 0 };
+                if has_slot(&material.maps, |slot| slot == Slot::Color) {
+                    flags |= DIELECTRIC_TINTED;
+                }
                 if mapped || lobe.x >= MIRROR_ALPHA {
                     flags |= CHOICE | if energy_compensation { COMPENSATE } else { 0 };
                 }
@@ -341,7 +344,7 @@ fn slots_of(material: &Material<Still>) -> &'static [Slot] {
             &[Slot::Color, Slot::EdgeTint, Slot::Roughness, Slot::Anisotropy]
         }
         Bsdf::Metal { .. } => &[Slot::Roughness, Slot::Anisotropy],
-        Bsdf::Dielectric { .. } => &[Slot::Roughness],
+        Bsdf::Dielectric { .. } => &[Slot::Color, Slot::Roughness],
         Bsdf::Glossy { .. } => &[Slot::Roughness, Slot::Metalness],
         Bsdf::Mix { .. } => &[Slot::Amount],
         Bsdf::Emitter { .. } => &[],
@@ -483,7 +486,7 @@ pub fn emitters(
 }
 
 /// Whether each material can shine, in some part of it.
-fn shining(materials: &[Material<Still>]) -> Vec<bool> {
+pub fn shining(materials: &[Material<Still>]) -> Vec<bool> {
     let mut shining: Vec<bool> = Vec::with_capacity(materials.len());
     for material in materials {
         let part = |index: usize| shining.get(index) == Some(&true);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use kinora_scene::{
-    Animated, Bsdf, Channel, Color, ColorSpace, DiffuseModel, Emission, Image, ImageTexture, Map, Material,
+    Animated, Bsdf, Channel, Color, ColorSpace, DiffuseModel, Emission, Image, ImageTexture, Map, Material, Paint,
     Reflectance, Slot, TexelFilter, Texture, UvSet, Wrap,
 };
 use serde_json::Value;
@@ -98,10 +98,6 @@ impl Materials<'_> {
         let unlit = extension(material, "KHR_materials_unlit").is_some();
         let shines = glow.max_element() > 0.0 && !unlit;
         let mut maps = covers;
-        if !unlit && let Some(texture) = material.get("normalTexture") {
-            let slot = Slot::Normal { strength: factor(texture, "scale", 1.0) };
-            maps.extend(self.map(texture, slot, Channel::Color, ColorSpace::Linear, sets)?);
-        }
         if shines {
             if let Some(texture) = material.get("emissiveTexture") {
                 maps.extend(self.map(texture, Slot::Emission, Channel::Color, ColorSpace::Srgb, sets)?);
@@ -198,13 +194,14 @@ impl Materials<'_> {
                 thin: !thick,
                 priority: 0,
             };
-            let glass = self.push(glass, rough.clone());
+            let mut tints = colors.to_vec();
+            if color != Color::ONE {
+                tints.push(constant(Slot::Color, color));
+            }
+            let glass = self.push(glass, tints.into_iter().chain(rough.iter().cloned()).collect());
             let mut maps = Vec::new();
             if let Some(texture) = set.get("transmissionTexture") {
                 maps.extend(self.map(texture, Slot::Amount, Channel::R, ColorSpace::Linear, sets)?);
-            }
-            if color != Color::ONE || !colors.is_empty() {
-                self.warnings.add("the base colour of what KHR_materials_transmission lets through", "it is clear");
             }
             stack = self.push(Bsdf::Mix { a: stack, b: glass, amount: through.into() }, maps);
         }
@@ -226,10 +223,21 @@ impl Materials<'_> {
         {
             self.warnings.add("KHR_materials_sheen", "the material is without its sheen");
         }
+        // A clear coat has normals of its own.
+        let normals = self.normals(material.get("normalTexture"), sets)?;
+        if let Some(top) = self.made.get_mut(stack) {
+            top.maps.extend(normals);
+        }
         if let Some(set) = extension(material, "KHR_materials_clearcoat") {
             stack = self.clearcoat(stack, set, sets)?;
         }
         Ok(stack)
+    }
+
+    fn normals(&mut self, texture: Option<&Value>, sets: [usize; 2]) -> Result<Option<Map>, Fault> {
+        let Some(texture) = texture else { return Ok(None) };
+        let slot = Slot::Normal { strength: factor(texture, "scale", 1.0) };
+        self.map(texture, slot, Channel::Color, ColorSpace::Linear, sets)
     }
 
     fn clearcoat(&mut self, stack: usize, set: &Value, sets: [usize; 2]) -> Result<usize, Fault> {
@@ -244,9 +252,7 @@ impl Materials<'_> {
         if let Some(texture) = set.get("clearcoatTexture") {
             amounts.extend(self.map(texture, Slot::Amount, Channel::R, ColorSpace::Linear, sets)?);
         }
-        if set.get("clearcoatNormalTexture").is_some() {
-            self.warnings.add("clearcoatNormalTexture of KHR_materials_clearcoat", "the coat has the normals below it");
-        }
+        rough.extend(self.normals(set.get("clearcoatNormalTexture"), sets)?);
         let coat = Bsdf::Glossy {
             base: stack,
             ior: REFLECTS_4_PERCENT,
@@ -318,6 +324,13 @@ impl Materials<'_> {
         self.textures.insert(key, texture.clone());
         Ok(Some(Map { slot, texture }))
     }
+}
+
+/// The same everywhere: a checker of one colour.
+fn constant(slot: Slot, color: Color) -> Map {
+    let paint = || Paint::Color(color.extend(1.0));
+    let texture = Texture::Checker { a: paint(), b: paint(), scale: Vec2::ONE, uv_set: UvSet::First };
+    Map { slot, texture: Arc::new(texture) }
 }
 
 fn vertex(slot: Slot, channel: Channel) -> Map {

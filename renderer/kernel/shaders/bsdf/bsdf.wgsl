@@ -162,7 +162,7 @@ fn base_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
             if !has_material(MATERIAL_DIELECTRIC) {
                 return vec3<f32>(0.0);
             }
-            return dielectric_eval(b, wo, wi);
+            return dielectric_eval(b, wo, wi) * dielectric_tint(b, wi);
         }
         case MATERIAL_GLOSSY: {
             if !has_material(MATERIAL_GLOSSY) {
@@ -220,7 +220,9 @@ fn base_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
             if !has_material(MATERIAL_DIELECTRIC) {
                 return no_sample();
             }
-            return dielectric_sample(b, wo, u, lobe);
+            var s = dielectric_sample(b, wo, u, lobe);
+            s.weight *= dielectric_tint(b, s.wi);
+            return s;
         }
         case MATERIAL_GLOSSY: {
             if !has_material(MATERIAL_GLOSSY) {

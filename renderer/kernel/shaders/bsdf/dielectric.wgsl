@@ -35,6 +35,11 @@ fn dielectric_is_delta(b: Bsdf) -> bool {
     return b.alpha.x < MIRROR_ALPHA || abs(b.eta - 1.0) < MATCHED;
 }
 
+// The colour of what goes to `wi`.
+fn dielectric_tint(b: Bsdf, wi: vec3<f32>) -> vec3<f32> {
+    return select(vec3<f32>(1.0), b.color, wi.z < 0.0 && (b.flags & DIELECTRIC_TINTED) != 0u);
+}
+
 // 1 / what a rough boundary keeps.
 fn dielectric_gain(b: Bsdf, mu: f32) -> f32 {
     if (b.flags & COMPENSATE) == 0u {
