@@ -60,7 +60,9 @@ fn obj() {
     square(&read_mesh("a.obj", text.as_bytes()).unwrap());
     let two = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\no a\nf 1//1 2//1 3//1\no b\nf -3 -2 -1\n";
     let mesh = read_mesh("a.obj", two.as_bytes()).unwrap();
-    assert_eq!((mesh.triangles.len(), mesh.normals.len()), (2, 0));
+    // What has no normals stays flat beside what has them.
+    assert_eq!((mesh.triangles.len(), mesh.normals.len()), (2, 6));
+    assert_eq!(mesh.normals.iter().filter(|normal| **normal == Vec3::ZERO).count(), 3);
     mesh.validate().unwrap();
 }
 
