@@ -45,12 +45,17 @@ macro_rules! compiled {
 
             #[target_feature(enable = $features)]
             pub fn one<const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
-                walk::one::<lanes::$eight, ANY>(kernel, o, d, t_max, start)
+                walk::one::<lanes::$eight, ANY, true>(kernel, o, d, t_max, start)
             }
 
             #[target_feature(enable = $features)]
-            pub fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
-                walk::many::<lanes::$eight, lanes::$widest, ANY>(kernel, rays, active, hits)
+            pub fn many<const ANY: bool, const PARTS: bool>(
+                kernel: &Kernel<'_>,
+                rays: &Rays,
+                active: u32,
+                hits: &mut Hits,
+            ) -> u32 {
+                walk::many::<lanes::$eight, lanes::$widest, ANY, PARTS>(kernel, rays, active, hits)
             }
 
             #[target_feature(enable = $features)]
@@ -71,7 +76,7 @@ compiled!(avx512, Avx512, Avx512x16, "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,av
 fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
     let (o, d) = (o.to_array(), d.to_array());
     match kernel.native.isa {
-        Isa::Portable => walk::one::<lanes::Portable, ANY>(kernel, o, d, t_max, start),
+        Isa::Portable => walk::one::<lanes::Portable, ANY, true>(kernel, o, d, t_max, start),
         // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => unsafe { avx2::one::<ANY>(kernel, o, d, t_max, start) },
@@ -84,18 +89,25 @@ fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start
 #[allow(unsafe_code)]
 fn many<const ANY: bool>(kernel: &Kernel<'_>, rays: &Rays, active: u32, hits: &mut Hits) -> u32 {
     let Native { tree, isa } = *kernel.native;
-    match (isa, tree.has_few()) {
-        (Isa::Portable, false) => walk::many::<lanes::Portable, lanes::Portable, ANY>(kernel, rays, active, hits),
-        (Isa::Portable, true) => sweep::many::<lanes::Portable, ANY>(kernel, rays, active, hits),
+    // Where there are no instances, what they need is not in the walk's way.
+    match (isa, tree.has_few(), tree.parts.is_empty()) {
+        (Isa::Portable, false, _) => {
+            walk::many::<lanes::Portable, lanes::Portable, ANY, true>(kernel, rays, active, hits)
+        }
+        (Isa::Portable, true, _) => sweep::many::<lanes::Portable, ANY>(kernel, rays, active, hits),
         // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx2, false) => unsafe { avx2::many::<ANY>(kernel, rays, active, hits) },
+        (Isa::Avx2, false, true) => unsafe { avx2::many::<ANY, false>(kernel, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx2, true) => unsafe { avx2::sweep::<ANY>(kernel, rays, active, hits) },
+        (Isa::Avx2, false, false) => unsafe { avx2::many::<ANY, true>(kernel, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx512, false) => unsafe { avx512::many::<ANY>(kernel, rays, active, hits) },
+        (Isa::Avx2, true, _) => unsafe { avx2::sweep::<ANY>(kernel, rays, active, hits) },
         #[cfg(target_arch = "x86_64")]
-        (Isa::Avx512, true) => unsafe { avx512::sweep::<ANY>(kernel, rays, active, hits) },
+        (Isa::Avx512, false, true) => unsafe { avx512::many::<ANY, false>(kernel, rays, active, hits) },
+        #[cfg(target_arch = "x86_64")]
+        (Isa::Avx512, false, false) => unsafe { avx512::many::<ANY, true>(kernel, rays, active, hits) },
+        #[cfg(target_arch = "x86_64")]
+        (Isa::Avx512, true, _) => unsafe { avx512::sweep::<ANY>(kernel, rays, active, hits) },
     }
 }
 

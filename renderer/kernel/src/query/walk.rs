@@ -62,7 +62,7 @@ impl Walk {
 
     /// Visits a node or a leaf with ray `i`; false after the last.
     #[inline(always)]
-    fn step<L: Eight, const ANY: bool, const TOP: bool, const N: usize>(
+    fn step<L: Eight, const ANY: bool, const PARTS: bool, const N: usize>(
         &mut self,
         kernel: &Kernel<'_>,
         rays: &Prepared<N>,
@@ -80,7 +80,7 @@ impl Walk {
                 self.item = node.items[(order >> 56) as usize % WIDTH];
                 return true;
             }
-        } else if TOP && self.item & ITEM_KIND == ITEM_INSTANCE {
+        } else if PARTS && self.item & ITEM_KIND == ITEM_INSTANCE {
             let (o, d) = (rays.o.map(|o| o[i]), rays.d.map(|d| d[i]));
             if let Some(hit) = inside::<L, ANY>(kernel, self.item & !ITEM_KIND, o, d, self.best.t) {
                 if ANY {
@@ -245,9 +245,15 @@ fn corners<L: Eight, const C: usize>(rows: &[[Row; 3]; C]) -> [[L; 3]; C] {
     lanes
 }
 
-/// One ray: the nearest hit, or any.
+/// One ray: the nearest hit, or any. PARTS: whether there are instances in the tree.
 #[inline(always)]
-pub fn one<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
+pub fn one<L: Eight, const ANY: bool, const PARTS: bool>(
+    kernel: &Kernel<'_>,
+    o: [f32; 3],
+    d: [f32; 3],
+    t_max: f32,
+    start: u32,
+) -> Hit {
     let tree = kernel.native.tree;
     let Some(root) = tree.root else { return NOTHING };
     let all = |x: f32| [x; WIDTH];
@@ -255,7 +261,7 @@ pub fn one<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32;
         Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
     let mut walk = Walk::new(root, t_max, start, rays.slack[0]);
     let mut stack = Stack::new();
-    while walk.step::<L, ANY, true, WIDTH>(kernel, &rays, 0, &mut stack) {}
+    while walk.step::<L, ANY, PARTS, WIDTH>(kernel, &rays, 0, &mut stack) {}
     walk.hit()
 }
 
@@ -293,7 +299,7 @@ const CHILDREN: usize = 256;
 /// together, a ray a lane, as long as there are several of them at a node, and then one by one with its boxes in lanes:
 /// E for what is one by one, W for all of them.
 #[inline(always)]
-pub fn many<E: Eight, W: Lanes, const ANY: bool>(
+pub fn many<E: Eight, W: Lanes, const ANY: bool, const PARTS: bool>(
     kernel: &Kernel<'_>,
     rays: &Rays,
     active: u32,
@@ -329,7 +335,7 @@ pub fn many<E: Eight, W: Lanes, const ANY: bool>(
                     walk.cull = cull[i];
                 }
                 let mut stack = Stack::new();
-                while walk.step::<E, ANY, true, BATCH>(kernel, &prepared, i, &mut stack) {}
+                while walk.step::<E, ANY, PARTS, BATCH>(kernel, &prepared, i, &mut stack) {}
                 if walk.found {
                     found |= 1 << i;
                     if !ANY {
