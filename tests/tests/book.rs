@@ -8,7 +8,7 @@ use kinora_renderer::{Choice, Options, Renderer, develop, open};
 use kinora_tests::picture::{mean_difference, read_png, write_png};
 use kinora_tests::world_with;
 
-const PAGES: &[&str] = &["cameras", "materials"];
+const PAGES: &[&str] = &["cameras", "lights", "materials", "shapes"];
 
 /// As of the golden pictures.
 const TOLERANCE: f64 = 0.02;
@@ -20,7 +20,9 @@ fn pictures_of_the_pages() {
     let mut renderer = Renderer::new(open(Choice::Cpu, Options::default()).expect("the CPU opens"));
     let texture = |name| std::fs::read(folder.join("pictures").join(name)).expect("the texture is there");
     let textures = ["bricks.png", "bricks_normal.png"].map(|name| (name, texture(name)));
-    let files = Memory::new(textures.iter().map(|(name, bytes)| (*name, bytes.as_slice())));
+    let sky = std::fs::read(folder.join("../examples/assets/esplanade.hdr")).expect("the sky is there");
+    let textures = textures.iter().map(|(name, bytes)| (*name, bytes)).chain([("sky.hdr", &sky)]);
+    let files = Memory::new(textures.map(|(name, bytes)| (name, bytes.as_slice())));
     for page in PAGES {
         let text = std::fs::read_to_string(folder.join(format!("{page}.md"))).expect("the page is there");
         let text = text.replace("\r\n", "\n");
