@@ -661,11 +661,11 @@ fn written_out(w: &World) -> World {
 
 fn copies(renderer: &mut Renderer) {
     let w = many_copies();
-    let alone = World { copies: Vec::new(), ..w.clone() };
-    let [copied, written, alone] = [&w, &written_out(&w), &alone].map(|w| survey(renderer, w));
-    let (a, b, none) = (copied.mean(), written.mean(), alone.mean());
+    let [copied, written] = [&w, &written_out(&w)].map(|w| survey(renderer, w));
+    let (a, b) = (copied.mean(), written.mean());
     near("light of copies", mean(&a), mean(&b), 0.01 * mean(&b));
-    assert!((mean(&a) - mean(&none)).abs() > 0.05 * mean(&a), "the copies are seen");
+    let seen = (0..a.len()).filter(|i| copied.seen(*i).expect("layers").id > 10).count();
+    assert!(seen > a.len() / 20, "copies are seen in {seen} pixels");
     // A ray along an edge may fall on either side of it.
     let edges = (0..a.len()).filter(|i| {
         let (x, y) = (copied.seen(*i).expect("layers"), written.seen(*i).expect("layers"));

@@ -275,16 +275,19 @@ fn light_importance(at: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
     let d = from_centre / sqrt(distance_2);
     let sin2_ball = radius_2 / distance_2;
     let ball = vec2<f32>(sqrt(1.0 - sin2_ball), sqrt(sin2_ball));
-    let axis = decode_normal(words[at + 5u]);
     let cosines = unpack2x16snorm(words[at + 6u]);
-    let along = dot(axis, d);
-    let off_axis = clamp(select(along, abs(along), (words[at + 7u] & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
-    let theta = vec2<f32>(off_axis, sin_of(off_axis));
-    let spread = vec2<f32>(cosines.x, sin_of(cosines.x));
-    let off_cone = cos_less(theta, spread);
-    let sent = cos_less(vec2<f32>(off_cone, sin_of(off_cone)), ball);
-    if sent <= cosines.y {
-        return 0.0;
+    var sent = 1.0;
+    // Else it shines to all sides.
+    if cosines.x > -1.0 {
+        let along = dot(decode_normal(words[at + 5u]), d);
+        let off_axis = clamp(select(along, abs(along), (words[at + 7u] & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
+        let theta = vec2<f32>(off_axis, sin_of(off_axis));
+        let spread = vec2<f32>(cosines.x, sin_of(cosines.x));
+        let off_cone = cos_less(theta, spread);
+        sent = cos_less(vec2<f32>(off_cone, sin_of(off_cone)), ball);
+        if sent <= cosines.y {
+            return 0.0;
+        }
     }
     var importance = intensity * max(sent, 1e-3) / distance_2;
     if dot(n, n) > 0.0 {
