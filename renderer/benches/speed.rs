@@ -7,7 +7,7 @@ use std::time::Instant;
 use glam::{DAffine3, DVec3, Vec3};
 use kinora_renderer::suite::{add, diffuse, emitter, glass, metal, quad, view, world};
 use kinora_renderer::{Choice, Options, Renderer, open};
-use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Shape, Sky, SkyLight, Still, World};
+use kinora_scene::{Bsdf, Color, DiffuseModel, Emission, Material, Mesh, Render, Shape, Sky, SkyLight, Still, World};
 
 fn matt(color: Color) -> Material<Still> {
     Bsdf::Diffuse { color, roughness: 0.0, model: DiffuseModel::Eon }.into()
@@ -99,14 +99,27 @@ fn materials() -> World {
     w
 }
 
+/// Mean over pixels of (picture − truth)² / (truth² + 0.01), luminance as the mean of the channels, of so many samples a
+/// pixel; the truth has 32 times as many, of another seed, and its own noise is taken off.
+fn error(renderer: &mut Renderer, mut world: World, samples: u32) -> f64 {
+    world.render.samples = samples;
+    let picture = renderer.render(&world, &()).expect("renders").mean();
+    world.render = Render { samples: 32 * samples, seed: 1, ..world.render };
+    let truth = renderer.render(&world, &()).expect("renders").mean();
+    let y = |v: &Vec3| f64::from(v.element_sum()) / 3.0;
+    let off = picture.iter().zip(&truth).map(|(a, b)| (y(a) - y(b)).powi(2) / (y(b).powi(2) + 0.01));
+    off.sum::<f64>() / picture.len() as f64 * 32.0 / 33.0
+}
+
 fn main() {
     let gpu = std::env::args().any(|arg| arg == "gpu");
     // `cargo bench -- only=Cornell` measures the scenes with that in their name.
     let only = std::env::args().find_map(|arg| arg.strip_prefix("only=").map(str::to_owned)).unwrap_or_default();
     let choice = if gpu { Choice::Gpu } else { Choice::Cpu };
     let mut renderer = Renderer::new(open(choice, Options::default()).expect("the backend opens"));
-    println!("| scene, {} | build s | Msamples/s | Mrays/s |", renderer.backend().device());
-    println!("| --- | --- | --- | --- |");
+    let device = renderer.backend().device();
+    println!("| scene, {device} | build s | Msamples/s | Mrays/s | samples a pixel, relative error² after 2 s |");
+    println!("| --- | --- | --- | --- | --- |");
     let scenes = [
         ("Cornell box", cornell()),
         ("nine spheres", nine_spheres()),
@@ -133,6 +146,9 @@ fn main() {
         let (seconds, rays) = best;
         let samples = 512.0 * 512.0 * 16.0;
         let build = renderer.build_time().as_secs_f64();
-        println!("| {name} | {build:.2} | {:.2} | {:.1} |", samples / seconds * 1e-6, rays as f64 / seconds * 1e-6);
+        let (speed, rays) = (samples / seconds * 1e-6, rays as f64 / seconds * 1e-6);
+        let taken = (2.0 * speed * 1e6 / (512.0 * 512.0)).round().max(1.0) as u32;
+        let error = error(&mut renderer, world, taken);
+        println!("| {name} | {build:.2} | {speed:.2} | {rays:.1} | {taken}, {error:.4} |");
     }
 }
