@@ -177,9 +177,9 @@ impl<'a> Machine<'a> {
         let ast: *const ast::Node = slot.ast;
         let NodeState::Done(value) = &slot.state else { return false };
         let Some(place) = placement(value) else { return false };
-        let same = |set: &Set<'a>, other: &NodeValue<'a>| match place_property(set.property.name) {
-            true => true,
-            false => other.properties.iter().any(|of| of.property.name == set.property.name && of.data == set.data),
+        let same = |set: &Set<'a>, other: &NodeValue<'a>| {
+            let set_there = |of: &Set<'a>| of.property.name == set.property.name && of.data == set.data;
+            place_property(set.property.name) || other.properties.iter().any(set_there)
         };
         let of_same = |sibling: &&NodeId| {
             let Some(other) = self.nodes.get(sibling.0 as usize).filter(|slot| std::ptr::eq(slot.ast, ast)) else {

@@ -191,19 +191,16 @@ impl<'a> Lower<'_, 'a> {
         for index in 0..nodes.len() {
             let Some(of) = nodes[index].copies.as_ref().map(|copies| copies.of) else { continue };
             let mut known = vec![of];
-            let mut next = 0;
-            while let Some(here) = known.get(next).copied() {
+            let (mut next, mut circular) = (0, false);
+            while let Some(here) = known.get(next).copied().filter(|_| !circular) {
                 next += 1;
                 for &more in inside.get(here).into_iter().flatten() {
+                    circular |= more == of;
                     if !known.contains(&more) {
                         known.push(more);
                     }
                 }
-                if inside.get(here).is_some_and(|inside| inside.contains(&of)) {
-                    break;
-                }
             }
-            let circular = known.iter().any(|here| inside.get(*here).is_some_and(|inside| inside.contains(&of)));
             if circular {
                 nodes[index].copies = None;
                 let at = self.order.iter().position(|order| *order == index);

@@ -346,6 +346,8 @@ impl Gpu {
         }
         Ok(Some(sums))
     }
+
+    // As `run`, about these pixels.
     fn run_list(
         &self,
         pace: &mut Pace,

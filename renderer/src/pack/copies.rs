@@ -12,7 +12,6 @@ use kinora_scene::{Beam, Copied, Instance, Lamp, LightKind, Shape, World};
 
 use super::PackError;
 use super::geometry::{Geometry, set_transform};
-use super::materials::shining;
 
 /// Copies of a picture.
 const MAX_COPIES: usize = 10_000_000;
@@ -43,16 +42,15 @@ pub struct Unfolded {
     pub lights: Vec<Lamp>,
 }
 
-/// Follows copies into the parts that they are of.
+/// Follows copies into the parts that they are of. `shines`: whether each of the world's materials does.
 ///
 /// # Errors
 /// There are too many.
-pub fn unfold(world: &World) -> Result<Unfolded, PackError> {
+pub fn unfold(world: &World, shines: &[bool]) -> Result<Unfolded, PackError> {
     let mut all = Unfolded::default();
-    let shines = shining(&world.materials);
     for copied in &world.copies {
         for (k, place) in copied.places.iter().enumerate() {
-            follow(&mut all, world, &shines, copied, *place, (copied.first + k, copied.material), 0)?;
+            follow(&mut all, world, shines, copied, *place, (copied.first + k, copied.material), 0)?;
         }
     }
     Ok(all)
@@ -121,19 +119,17 @@ fn carried(lamp: &Lamp, place: DAffine3) -> Lamp {
     lamp
 }
 
-/// The trees of parts, each with its primitives in order.
-#[derive(Default)]
-pub struct Parts {
-    pub trees: Vec<(Tree, Vec<Primitive>)>,
-}
-
-/// Adds a primitive for each copy, and the shapes of the parts.
+/// Adds a primitive for each copy, and the shapes of the parts. Gives the trees of the parts, each with its primitives in
+/// order.
 ///
 /// # Errors
 /// What a part's shapes may have; a copy lies outside of what single precision can hold.
-pub fn add(geometry: &mut Geometry, world: &World, copies: Vec<Copy>) -> Result<Parts, PackError> {
-    let shines = if copies.is_empty() { Vec::new() } else { shining(&world.materials) };
-    let mut parts = Parts::default();
+pub fn add(
+    geometry: &mut Geometry,
+    world: &World,
+    copies: Vec<Copy>,
+) -> Result<Vec<(Tree, Vec<Primitive>)>, PackError> {
+    let mut trees = Vec::new();
     let mut known: HashMap<Key, (usize, Bounds)> = HashMap::new();
     geometry.primitives.reserve(copies.len());
     geometry.shapes.reserve(copies.len());
@@ -141,9 +137,9 @@ pub fn add(geometry: &mut Geometry, world: &World, copies: Vec<Copy>) -> Result<
         let (part, bounds) = match known.get(&copy.key) {
             Some(found) => *found,
             None => {
-                let (tree, primitives, bounds) = part_of(geometry, world, copy.key, &shines)?;
-                parts.trees.push((tree, primitives));
-                *known.entry(copy.key).or_insert((parts.trees.len() - 1, bounds))
+                let (tree, primitives, bounds) = part_of(geometry, world, copy.key)?;
+                trees.push((tree, primitives));
+                *known.entry(copy.key).or_insert((trees.len() - 1, bounds))
             }
         };
         let mut record = PackedShape::default();
@@ -166,7 +162,7 @@ pub fn add(geometry: &mut Geometry, world: &World, copies: Vec<Copy>) -> Result<
         });
         geometry.shapes.push(record);
     }
-    Ok(parts)
+    Ok(trees)
 }
 
 /// The tree over the shapes of a part that its copies share, its primitives and its box.
@@ -174,11 +170,13 @@ fn part_of(
     geometry: &mut Geometry,
     world: &World,
     (part, material): Key,
-    shines: &[bool],
 ) -> Result<(Tree, Vec<Primitive>, Bounds), PackError> {
     let first = geometry.primitives.len();
     let instances = world.parts.get(part).map_or(&[][..], |part| &part.instances);
-    for instance in instances.iter().filter(|instance| is_shared(instance, material, shines)) {
+    for instance in instances {
+        if !is_shared(instance, material, &geometry.shines) {
+            continue;
+        }
         match material {
             Some(material) => geometry.add(&Instance { material, ..instance.clone() }, world)?,
             None => geometry.add(instance, world)?,

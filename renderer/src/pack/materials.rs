@@ -486,7 +486,7 @@ pub fn emitters(
 }
 
 /// Whether each material can shine, in some part of it.
-pub fn shining(materials: &[Material<Still>]) -> Vec<bool> {
+fn shining(materials: &[Material<Still>]) -> Vec<bool> {
     let mut shining: Vec<bool> = Vec::with_capacity(materials.len());
     for material in materials {
         let part = |index: usize| shining.get(index) == Some(&true);

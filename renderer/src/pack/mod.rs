@@ -145,7 +145,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let Materials { records, reads, shines } = materials::pack(&world.materials, &mut textures)?;
     let mut geometry = Geometry { materials: records, reads, shines, textures, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
-    let again = copies::unfold(world)?;
+    let again = copies::unfold(world, &geometry.shines)?;
     let (planes, others): (Vec<_>, Vec<_>) = world
         .instances
         .iter()
@@ -186,7 +186,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let primitive_count = geometry.primitives.len() as u32;
     geometry.pad_bounds();
     let mut tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
-    for (part, mut primitives) in parts.trees {
+    for (part, mut primitives) in parts {
         let (first, count) = (geometry.primitives.len() as u32, primitives.len() as u32);
         tree.add_part(part, first, count);
         geometry.primitives.append(&mut primitives);

@@ -45,7 +45,7 @@ macro_rules! compiled {
 
             #[target_feature(enable = $features)]
             pub fn one<const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
-                walk::one::<lanes::$eight, ANY, true>(kernel, o, d, t_max, start)
+                walk::one::<lanes::$eight, ANY>(kernel, o, d, t_max, start)
             }
 
             #[target_feature(enable = $features)]
@@ -76,7 +76,7 @@ compiled!(avx512, Avx512, Avx512x16, "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,av
 fn one<const ANY: bool>(kernel: &Kernel<'_>, o: Vec3, d: Vec3, t_max: f32, start: u32) -> Hit {
     let (o, d) = (o.to_array(), d.to_array());
     match kernel.native.isa {
-        Isa::Portable => walk::one::<lanes::Portable, ANY, true>(kernel, o, d, t_max, start),
+        Isa::Portable => walk::one::<lanes::Portable, ANY>(kernel, o, d, t_max, start),
         // SAFETY: `Native::new` saw that the CPU has them.
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => unsafe { avx2::one::<ANY>(kernel, o, d, t_max, start) },

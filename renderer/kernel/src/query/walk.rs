@@ -245,15 +245,9 @@ fn corners<L: Eight, const C: usize>(rows: &[[Row; 3]; C]) -> [[L; 3]; C] {
     lanes
 }
 
-/// One ray: the nearest hit, or any. PARTS: whether there are instances in the tree.
+/// One ray: the nearest hit, or any.
 #[inline(always)]
-pub fn one<L: Eight, const ANY: bool, const PARTS: bool>(
-    kernel: &Kernel<'_>,
-    o: [f32; 3],
-    d: [f32; 3],
-    t_max: f32,
-    start: u32,
-) -> Hit {
+pub fn one<L: Eight, const ANY: bool>(kernel: &Kernel<'_>, o: [f32; 3], d: [f32; 3], t_max: f32, start: u32) -> Hit {
     let tree = kernel.native.tree;
     let Some(root) = tree.root else { return NOTHING };
     let all = |x: f32| [x; WIDTH];
@@ -261,7 +255,7 @@ pub fn one<L: Eight, const ANY: bool, const PARTS: bool>(
         Prepared::<WIDTH>::new::<L>(&[all(o[0]), all(o[1]), all(o[2])], &[all(d[0]), all(d[1]), all(d[2])], tree.reach);
     let mut walk = Walk::new(root, t_max, start, rays.slack[0]);
     let mut stack = Stack::new();
-    while walk.step::<L, ANY, PARTS, WIDTH>(kernel, &rays, 0, &mut stack) {}
+    while walk.step::<L, ANY, true, WIDTH>(kernel, &rays, 0, &mut stack) {}
     walk.hit()
 }
 
@@ -297,7 +291,7 @@ const CHILDREN: usize = 256;
 
 /// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something. They go down
 /// together, a ray a lane, as long as there are several of them at a node, and then one by one with its boxes in lanes:
-/// E for what is one by one, W for all of them.
+/// E for what is one by one, W for all of them. PARTS: whether there are instances in the tree.
 #[inline(always)]
 pub fn many<E: Eight, W: Lanes, const ANY: bool, const PARTS: bool>(
     kernel: &Kernel<'_>,
