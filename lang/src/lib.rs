@@ -1,5 +1,8 @@
 //! The Kinora scene language: text to [`Scene`](kinora_scene), with diagnostics.
 
+// The parser's derive names it, as `std` may be absent.
+extern crate alloc;
+
 pub mod assets;
 pub mod builtin;
 pub mod diagnostic;

@@ -4,6 +4,7 @@
 //! not pass on. Imports form no circles: an import that would close one is reported and leads nowhere.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
@@ -18,7 +19,7 @@ pub struct Module {
     /// The text.
     pub source: Source,
     /// What is written in it, its places moved to where its text lies in [`Modules::texts`].
-    pub file: ast::File,
+    pub file: Arc<ast::File>,
     /// The imports at its top level: which module each leads to. `None` is reported.
     pub imports: Vec<Option<usize>>,
     /// The module that imports it first, and the place of the path there; `None` of the scene itself.
@@ -84,7 +85,7 @@ struct Loader<'f> {
 
 /// Reads everything that a scene imports.
 pub fn load(tree: &Tree, files: &dyn Files) -> Modules {
-    let (source, file) = (tree.source.clone(), tree.file());
+    let (source, file) = (tree.source.clone(), tree.file().clone());
     let own = Module { source, file, imports: Vec::new(), importer: None, standard: false };
     let known = HashMap::from([(tree.source.name.to_string(), 0)]);
     let texts = Texts::new(&tree.source);
@@ -198,7 +199,7 @@ impl Loader<'_> {
         let tree = parse(&source);
         let file = match readable {
             true => tree.file_at(base),
-            false => ast::File { items: Vec::new(), span: Span::at(base) },
+            false => Arc::new(ast::File { items: Vec::new(), span: Span::at(base) }),
         };
         let importer = Some((at, span));
         self.modules.list.push(Module { source, file, imports: Vec::new(), importer, standard });

@@ -35,7 +35,7 @@ fn same(text: &str, formatted: &str) {
 /// The text without spaces and separators, and the comments in any order.
 fn content(text: &str) -> (String, Vec<String>) {
     let (mut tokens, mut comments) = (String::new(), Vec::new());
-    for token in read(text).root().descendants_with_tokens().filter_map(|part| part.into_token()) {
+    for token in read(text).root().tokens() {
         match token.kind() {
             SyntaxKind::LineComment | SyntaxKind::DocComment | SyntaxKind::BlockComment => {
                 comments.push(token.text().trim_end().replace("\r\n", "\n"));

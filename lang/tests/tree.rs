@@ -15,9 +15,8 @@ fn check(text: &str) -> Tree {
     let tree = parse(&source);
     let leaves: String = tree
         .root()
-        .descendants_with_tokens()
-        .filter_map(|part| part.into_token())
-        .map(|token| token.text().to_string())
+        .tokens()
+        .map(|token| token.text())
         .collect();
     assert_eq!(leaves, text, "the leaves are not the text");
     assert!(error_nodes(&tree) == 0 || !tree.errors().is_empty(), "an error node is not reported: {text:?}");
@@ -36,12 +35,11 @@ fn check(text: &str) -> Tree {
         render_short(error, &sources);
         to_json(tree.errors(), &sources);
     }
-    drop(tree.file());
     tree
 }
 
 fn error_nodes(tree: &Tree) -> usize {
-    tree.root().descendants_with_tokens().filter(|part| part.kind().is_error()).count()
+    tree.root().all().filter(|part| part.kind().is_error()).count()
 }
 
 #[test]

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use super::doc::Doc;
 use super::trivia::{Around, Trivia, is_between};
 use crate::source::Span;
-use crate::syntax::{SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, Tree, level_of};
-use rowan::NodeOrToken;
+use crate::syntax::{Part, SyntaxKind, Tree, level_of};
 
 /// How much round a mistake stays as it is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -21,11 +20,11 @@ pub(super) enum Round {
 pub(super) fn file(tree: &Tree, round: Round) -> Doc<'_> {
     let root = tree.root();
     let faulty = faulty(tree, round);
-    let mut builder = Builder { text: &tree.source.text, trivia: Trivia::of(&root), faulty, emitted: None };
+    let mut builder = Builder { text: &tree.source.text, trivia: Trivia::of(root), faulty, emitted: None };
     let mut parts = Vec::new();
-    for (index, element) in builder.elements(&root, true).into_iter().enumerate() {
+    for (index, element) in builder.elements(root, true).into_iter().enumerate() {
         if index > 0 {
-            parts.push(Doc::hard(builder.blank_before(element.first.as_ref())));
+            parts.push(Doc::hard(builder.blank_before(element.first)));
         }
         parts.push(builder.element(element));
     }
@@ -44,32 +43,28 @@ fn faulty(tree: &Tree, round: Round) -> Option<BTreeSet<u32>> {
         return None;
     }
     let root = tree.root();
-    let start = |node: SyntaxNode| u32::from(node.text_range().start());
+    let start = |node: Part<'_>| node.span().start;
     // Unread text in a list is a member of its own.
-    let is_alone = |part: &SyntaxElement| {
+    let is_alone = |part: Part<'_>| {
         let list =
-            part.parent().filter(|list| is_list(list) && (round == Round::Item || list.kind() == SyntaxKind::File));
-        part.as_token().is_some_and(|token| token.kind().is_error()) && list.is_some()
+            part.parent().filter(|list| is_list(*list) && (round == Round::Item || list.kind() == SyntaxKind::File));
+        !part.kind().is_node() && part.kind().is_error() && list.is_some()
     };
     let mut faulty = BTreeSet::new();
-    for part in root.descendants_with_tokens().filter(|part| part.kind().is_error() && !is_alone(part)) {
-        let mut items =
-            part.as_node().cloned().or(part.parent()).into_iter().flat_map(|node| node.ancestors()).filter(is_item);
+    for part in root.all().filter(|part| part.kind().is_error() && !is_alone(*part)) {
+        let mut items = part.ancestors().filter(|part| is_item(*part));
         faulty.extend(if round == Round::Item { items.next() } else { items.last() }.map(start));
     }
     // Of what has no error node, the item round each end.
     for (_, span) in tree.errors().iter().filter_map(|error| error.place()) {
         for offset in [span.start, span.end] {
-            let is_round = |part: &SyntaxElement| {
-                let range = part.text_range();
-                u32::from(range.start()) <= offset && offset <= u32::from(range.end())
-            };
-            let (mut at, mut items) = (root.clone(), Vec::new());
-            while let Some(child) = at.children().find(|child| is_round(&child.clone().into())) {
-                items.extend(Some(child.clone()).filter(is_item));
+            let is_round = |part: &Part<'_>| part.span().start <= offset && offset <= part.span().end;
+            let (mut at, mut items) = (root, Vec::new());
+            while let Some(child) = at.nodes().find(is_round) {
+                items.extend(Some(child).filter(|child| is_item(*child)));
                 at = child;
             }
-            if !at.children_with_tokens().any(|part| is_round(&part) && is_alone(&part)) {
+            if !at.parts().any(|part| is_round(&part) && is_alone(part)) {
                 faulty.extend(if round == Round::Item { items.pop() } else { items.into_iter().next() }.map(start));
             }
         }
@@ -77,12 +72,12 @@ fn faulty(tree: &Tree, round: Round) -> Option<BTreeSet<u32>> {
     Some(faulty)
 }
 
-fn is_list(node: &SyntaxNode) -> bool {
+fn is_list(node: Part<'_>) -> bool {
     matches!(node.kind(), SyntaxKind::File | SyntaxKind::Block)
 }
 
-fn is_item(node: &SyntaxNode) -> bool {
-    node.kind().is_item() && node.parent().is_some_and(|parent| is_list(&parent))
+fn is_item(node: Part<'_>) -> bool {
+    node.kind().is_item() && node.parent().is_some_and(is_list)
 }
 
 struct Builder<'a> {
@@ -94,60 +89,45 @@ struct Builder<'a> {
 }
 
 /// A member of a list.
-struct Element {
-    first: Option<SyntaxToken>,
-    last: Option<SyntaxToken>,
+struct Element<'t> {
+    first: Option<Part<'t>>,
+    last: Option<Part<'t>>,
     /// What it is; absent where it stays as it is.
-    part: Option<SyntaxElement>,
+    part: Option<Part<'t>>,
 }
 
-impl Element {
-    fn new(part: SyntaxElement) -> Element {
-        Element { first: first_token(&part), last: last_token(&part), part: Some(part) }
+impl<'t> Element<'t> {
+    fn new(part: Part<'t>) -> Element<'t> {
+        Element { first: first_token(part), last: last_token(part), part: Some(part) }
     }
 
     fn span(&self) -> Span {
-        let start = self.first.as_ref().map_or(0, |token| token.text_range().start().into());
-        Span::new(start, self.last.as_ref().map_or(start, |token| token.text_range().end().into()))
+        let start = self.first.map_or(0, |token| token.span().start);
+        Span::new(start, self.last.map_or(start, |token| token.span().end))
     }
 }
 
-fn first_token(part: &SyntaxElement) -> Option<SyntaxToken> {
-    match part {
-        NodeOrToken::Token(token) => Some(token.clone()).filter(|token| !is_between(token.kind())),
-        NodeOrToken::Node(node) => node.children_with_tokens().find_map(|part| first_token(&part)),
-    }
+fn first_token(part: Part<'_>) -> Option<Part<'_>> {
+    part.tokens().find(|token| !is_between(token.kind()))
 }
 
-// What stands for something missing is a node without a token.
-fn last_token(part: &SyntaxElement) -> Option<SyntaxToken> {
-    let node = match part {
-        NodeOrToken::Token(token) => return Some(token.clone()).filter(|token| !is_between(token.kind())),
-        NodeOrToken::Node(node) => node,
-    };
-    let mut at = node.last_child_or_token();
-    while let Some(part) = at {
-        if let Some(token) = last_token(&part) {
-            return Some(token);
-        }
-        at = part.prev_sibling_or_token();
-    }
-    None
+fn last_token(part: Part<'_>) -> Option<Part<'_>> {
+    part.tokens().rfind(|token| !is_between(token.kind()))
 }
 
 /// Whether a separator is among what has no meaning from here on.
-fn is_separated(from: Option<SyntaxToken>, next: fn(&SyntaxToken) -> Option<SyntaxToken>) -> bool {
-    std::iter::successors(from, next)
+fn is_separated<'t>(from: Option<Part<'t>>, next: fn(Part<'t>) -> Option<Part<'t>>) -> bool {
+    std::iter::successors(from, |token| next(*token))
         .take_while(|token| is_between(token.kind()))
         .any(|token| matches!(token.kind(), SyntaxKind::Comma | SyntaxKind::Semicolon))
 }
 
-fn parts(node: &SyntaxNode) -> impl Iterator<Item = SyntaxElement> {
-    node.children_with_tokens().filter(|part| !is_between(part.kind()) && !part.text_range().is_empty())
+fn parts(node: Part<'_>) -> impl Iterator<Item = Part<'_>> {
+    node.parts().filter(|part| !is_between(part.kind()) && !part.span().is_empty())
 }
 
-fn start(token: &SyntaxToken) -> u32 {
-    token.text_range().start().into()
+fn start(token: Part<'_>) -> u32 {
+    token.span().start
 }
 
 /// The brackets of a list: between the outer ones a space or none, a comma at the end or none.
@@ -165,20 +145,20 @@ const PARENS: Style = Style { pad: "", last_comma: ",", items: false };
 
 impl<'a> Builder<'a> {
     /// The members of a list. Faulty ones are put together with all that is on their lines.
-    fn elements(&self, list: &SyntaxNode, is_file: bool) -> Vec<Element> {
-        let mut inside: Vec<SyntaxElement> = parts(list).collect();
+    fn elements<'t>(&self, list: Part<'t>, is_file: bool) -> Vec<Element<'t>> {
+        let mut inside: Vec<Part<'t>> = parts(list).collect();
         if !is_file {
             // Without the brackets.
             inside.pop();
             inside = inside.split_off(1.min(inside.len()));
         }
-        let mut elements: Vec<Element> = Vec::new();
+        let mut elements: Vec<Element<'t>> = Vec::new();
         let mut was_faulty = false;
         for part in inside {
             let is_faulty = is_list(list)
                 && self.faulty.as_ref().is_some_and(|faulty| {
-                    let start: u32 = part.text_range().start().into();
-                    part.as_token().is_some() || part.kind() == SyntaxKind::Block || faulty.contains(&start)
+                    let start = part.span().start;
+                    !part.kind().is_node() || part.kind() == SyntaxKind::Block || faulty.contains(&start)
                 });
             let mut element = Element::new(part);
             let joins = elements.last().is_some_and(|last| {
@@ -208,14 +188,14 @@ impl<'a> Builder<'a> {
     }
 
     /// Whether an empty line stands before a member and its comments.
-    fn blank_before(&self, first: Option<&SyntaxToken>) -> bool {
+    fn blank_before(&self, first: Option<Part<'_>>) -> bool {
         let around = first.and_then(|token| self.trivia.around(token));
         around.is_some_and(|around| around.before.first().map_or(around.blank, |comment| comment.blank))
     }
 
     /// A member with the comments before it, at the start of a line or behind a comma.
-    fn element(&mut self, element: Element) -> Doc<'a> {
-        let Some(first) = &element.first else { return Doc::concat(Vec::new()) };
+    fn element(&mut self, element: Element<'_>) -> Doc<'a> {
+        let Some(first) = element.first else { return Doc::concat(Vec::new()) };
         let mut docs = Vec::new();
         if let Some(around) = self.trivia.around(first) {
             for (at, comment) in around.before.iter().enumerate() {
@@ -225,23 +205,23 @@ impl<'a> Builder<'a> {
             }
         }
         self.emitted = Some(start(first));
-        match &element.part {
+        match element.part {
             Some(part) => docs.push(self.any(part)),
             None => {
                 // Where something could not be read, the next thing may be taken for a part of it but for a separator.
                 let separator = |is_there: bool| Doc::text(if is_there { "," } else { "" });
-                docs.push(separator(is_separated(first.prev_token(), SyntaxToken::prev_token)));
+                docs.push(separator(is_separated(first.previous_token(), Part::previous_token)));
                 docs.push(Doc::text(self.slice(element.span()).trim_end()));
-                let last = element.last.as_ref().and_then(SyntaxToken::next_token);
-                docs.push(separator(is_separated(last, SyntaxToken::next_token)));
-                docs.extend(element.last.as_ref().map(|token| self.after(token)));
+                let last = element.last.and_then(Part::next_token);
+                docs.push(separator(is_separated(last, Part::next_token)));
+                docs.extend(element.last.map(|token| self.after(token)));
             }
         }
         Doc::concat(docs)
     }
 
     /// The comments before a token, unless they are written.
-    fn before(&mut self, token: &SyntaxToken) -> Doc<'a> {
+    fn before(&mut self, token: Part<'_>) -> Doc<'a> {
         let mut docs = Vec::new();
         if self.emitted != Some(start(token))
             && let Some(around) = self.trivia.around(token)
@@ -258,14 +238,13 @@ impl<'a> Builder<'a> {
         Doc::concat(docs)
     }
 
-    fn after(&self, token: &SyntaxToken) -> Doc<'a> {
+    fn after(&self, token: Part<'_>) -> Doc<'a> {
         let after = self.trivia.around(token).map(|around| around.after.as_slice()).unwrap_or_default();
         Doc::concat(after.iter().map(|text| Doc::suffix(text.clone())).collect())
     }
 
-    fn token(&mut self, token: &SyntaxToken) -> Doc<'a> {
-        let range = token.text_range();
-        let text = self.slice(Span::new(range.start().into(), range.end().into()));
+    fn token(&mut self, token: Part<'_>) -> Doc<'a> {
+        let text = self.slice(token.span());
         let text = match token.kind() {
             SyntaxKind::Color => Doc::text(text.to_ascii_lowercase()),
             _ => Doc::text(text),
@@ -274,25 +253,24 @@ impl<'a> Builder<'a> {
     }
 
     /// A group, with the comments before its first token outside.
-    fn grouped(&mut self, first: Option<SyntaxToken>, inside: impl FnOnce(&mut Self) -> Doc<'a>) -> Doc<'a> {
-        let before = first.map(|first| self.before(&first));
+    fn grouped(&mut self, first: Option<Part<'_>>, inside: impl FnOnce(&mut Self) -> Doc<'a>) -> Doc<'a> {
+        let before = first.map(|first| self.before(first));
         let inside = inside(self).group();
         Doc::concat(before.into_iter().chain([inside]).collect())
     }
 
-    fn any(&mut self, part: &SyntaxElement) -> Doc<'a> {
+    fn any(&mut self, node: Part<'_>) -> Doc<'a> {
         use SyntaxKind as K;
-        let node = match part {
-            NodeOrToken::Token(token) => return self.token(token),
-            NodeOrToken::Node(node) => node,
-        };
+        if !node.kind().is_node() {
+            return self.token(node);
+        }
         let first = node.first_token();
         match node.kind() {
             K::Block | K::KeyBlock => self.grouped(first, |builder| builder.bracketed(node, BRACES)),
             K::Names => self.grouped(first, |builder| builder.bracketed(node, NAMES)),
             K::Params => self.grouped(first, |builder| builder.bracketed(node, PARENS)),
             K::Tuple => {
-                let last_comma = if node.children().nth(1).is_some() { "," } else { "" };
+                let last_comma = if node.nodes().nth(1).is_some() { "," } else { "" };
                 self.grouped(first, |builder| builder.bracketed(node, Style { last_comma, ..PARENS }))
             }
             K::Args => match self.lone_block(node) {
@@ -302,11 +280,11 @@ impl<'a> Builder<'a> {
             K::List => self.grouped(first, |builder| builder.list(node)),
             K::IfStmt | K::IfValue => self.grouped(first, |builder| builder.branches(node)),
             K::Expr | K::Named => {
-                let parts: Vec<SyntaxElement> = parts(node).collect();
+                let parts: Vec<Part<'_>> = parts(node).collect();
                 self.operators(&parts)
             }
             K::Ty | K::Number | K::Index | K::Field => {
-                let docs = parts(node).map(|part| self.any(&part)).collect();
+                let docs = parts(node).map(|part| self.any(part)).collect();
                 Doc::concat(docs)
             }
             _ => self.spaced(node),
@@ -314,13 +292,13 @@ impl<'a> Builder<'a> {
     }
 
     /// The parts with a space between, where one belongs.
-    fn spaced(&mut self, node: &SyntaxNode) -> Doc<'a> {
+    fn spaced(&mut self, node: Part<'_>) -> Doc<'a> {
         let mut docs = Vec::new();
-        self.spaced_into(&mut docs, node.children_with_tokens().collect());
+        self.spaced_into(&mut docs, node.parts().collect());
         Doc::concat(docs)
     }
 
-    fn spaced_into(&mut self, docs: &mut Vec<Doc<'a>>, parts: Vec<SyntaxElement>) {
+    fn spaced_into(&mut self, docs: &mut Vec<Doc<'a>>, parts: Vec<Part<'_>>) {
         use SyntaxKind as K;
         let mut previous: Option<SyntaxKind> = None;
         for part in parts {
@@ -329,7 +307,7 @@ impl<'a> Builder<'a> {
                 docs.push(Doc::text(","));
                 previous = Some(kind);
             }
-            if is_between(kind) || part.text_range().is_empty() {
+            if is_between(kind) || part.span().is_empty() {
                 continue;
             }
             let glued = matches!(kind, K::Colon | K::Params | K::Args | K::Field | K::Index | K::Comma | K::CloseParen)
@@ -337,43 +315,37 @@ impl<'a> Builder<'a> {
             if previous.is_some() && !glued {
                 docs.push(Doc::space());
             }
-            docs.push(self.any(&part));
+            docs.push(self.any(part));
             previous = Some(kind);
         }
     }
 
     /// Whether an argument list is one value that brings its own brackets, which then needs no lines for itself.
-    fn lone_block(&self, node: &SyntaxNode) -> bool {
+    fn lone_block(&self, node: Part<'_>) -> bool {
         use SyntaxKind as K;
-        let parts: Vec<SyntaxElement> = parts(node).collect();
+        let parts: Vec<Part<'_>> = parts(node).collect();
         let [_, only, close] = parts.as_slice() else { return false };
-        let value = match only {
-            NodeOrToken::Node(named) if named.kind() == K::NamedArg => named.children_with_tokens().last(),
-            only => Some(only.clone()),
+        let value = if only.kind() == K::NamedArg { only.last_part() } else { Some(*only) };
+        let has_brackets = value.is_some_and(|value| match value.kind() {
+            K::Keys | K::IfValue | K::List | K::Tuple => true,
+            K::Named => value.nodes().any(|child| matches!(child.kind(), K::Block | K::Like)),
+            _ => false,
+        });
+        let has_comments = |token: Option<Part<'_>>| {
+            token.and_then(|token| self.trivia.around(token)).is_some_and(|around| !around.before.is_empty())
         };
-        let has_brackets = match value.and_then(NodeOrToken::into_node) {
-            Some(value) => match value.kind() {
-                K::Keys | K::IfValue | K::List | K::Tuple => true,
-                K::Named => value.children().any(|child| matches!(child.kind(), K::Block | K::Like)),
-                _ => false,
-            },
-            None => false,
-        };
-        let has_comments = |token: Option<SyntaxToken>| {
-            token.and_then(|token| self.trivia.around(&token)).is_some_and(|around| !around.before.is_empty())
-        };
-        let open = node.first_token().and_then(|token| self.trivia.around(&token));
+        let open = node.first_token().and_then(|token| self.trivia.around(token));
         let open = open.is_some_and(|around| !around.after.is_empty());
-        has_brackets && !open && !has_comments(first_token(only)) && !has_comments(last_token(close))
+        has_brackets && !open && !has_comments(first_token(*only)) && !has_comments(last_token(*close))
     }
 
     /// `( a, b )` and the like, without a group round it.
-    fn bracketed(&mut self, node: &SyntaxNode, style: Style) -> Doc<'a> {
+    fn bracketed(&mut self, node: Part<'_>, style: Style) -> Doc<'a> {
         let elements = self.elements(node, false);
         let (Some(open), Some(close)) = (node.first_token(), node.last_token()) else { return self.spaced(node) };
-        let mut docs = vec![self.token(&open)];
+        let mut docs = vec![self.token(open)];
         let mut inside = Vec::new();
-        if style.items && self.ends_line(&open) {
+        if style.items && self.ends_line(open) {
             inside.push(Doc::forced_break());
         }
         let count = elements.len();
@@ -382,7 +354,7 @@ impl<'a> Builder<'a> {
             inside.push(Doc::forced_break());
         }
         for (index, element) in elements.into_iter().enumerate() {
-            let blank = style.items && index > 0 && self.blank_before(element.first.as_ref());
+            let blank = style.items && index > 0 && self.blank_before(element.first);
             inside.push(Doc::line(if index == 0 { style.pad } else { ", " }, blank));
             inside.push(self.element(element));
             inside.push(Doc::if_broken(if style.items {
@@ -393,25 +365,25 @@ impl<'a> Builder<'a> {
                 style.last_comma
             }));
         }
-        let has_end = self.end_of_list(&mut inside, &close, style, count > 0);
+        let has_end = self.end_of_list(&mut inside, close, style, count > 0);
         if count == 0 && !has_end {
-            docs.push(self.close(&close));
+            docs.push(self.close(close));
             return Doc::concat(docs);
         }
         docs.push(Doc::concat(inside).indent());
         docs.push(Doc::line(style.pad, false));
-        docs.push(self.close(&close));
+        docs.push(self.close(close));
         Doc::concat(docs)
     }
 
     /// Whether the line ends behind a token.
-    fn ends_line(&self, token: &SyntaxToken) -> bool {
-        let rest = self.text.get(usize::from(token.text_range().end())..).unwrap_or_default();
+    fn ends_line(&self, token: Part<'_>) -> bool {
+        let rest = self.text.get(token.span().end as usize..).unwrap_or_default();
         rest.trim_start_matches([' ', '\t', '\r']).starts_with('\n')
     }
 
     /// The comments between the last member and the closing bracket.
-    fn end_of_list(&self, inside: &mut Vec<Doc<'a>>, close: &SyntaxToken, style: Style, has_members: bool) -> bool {
+    fn end_of_list(&self, inside: &mut Vec<Doc<'a>>, close: Part<'_>, style: Style, has_members: bool) -> bool {
         let comments = self.trivia.around(close).map(|around: &Around| around.before.as_slice()).unwrap_or_default();
         for (at, comment) in comments.iter().enumerate() {
             let after_all = has_members || at > 0;
@@ -426,27 +398,27 @@ impl<'a> Builder<'a> {
     }
 
     /// A closing bracket, whose comments before it are written.
-    fn close(&mut self, close: &SyntaxToken) -> Doc<'a> {
+    fn close(&mut self, close: Part<'_>) -> Doc<'a> {
         self.emitted = Some(start(close));
         self.token(close)
     }
 
     /// `[a, b]`: lines that the author ended in it end where they did, if they begin behind the bracket.
-    fn list(&mut self, node: &SyntaxNode) -> Doc<'a> {
-        if node.children().any(|child| child.kind() == SyntaxKind::Comp) {
+    fn list(&mut self, node: Part<'_>) -> Doc<'a> {
+        if node.nodes().any(|child| child.kind() == SyntaxKind::Comp) {
             return self.bracketed(node, Style { last_comma: "", ..PARENS });
         }
         let elements = self.elements(node, false);
         let (Some(open), Some(close)) = (node.first_token(), node.last_token()) else { return self.spaced(node) };
-        let mut docs = vec![self.token(&open)];
+        let mut docs = vec![self.token(open)];
         let mut inside = Vec::new();
-        if self.ends_line(&open) && !elements.is_empty() {
+        if self.ends_line(open) && !elements.is_empty() {
             inside.push(Doc::forced_break());
         }
         let count = elements.len();
         let mut previous: Option<(bool, u32)> = None;
         for element in elements {
-            let small = element.part.as_ref().is_some_and(is_small);
+            let small = element.part.is_some_and(is_small);
             let Span { start, end } = element.span();
             match previous {
                 None => inside.push(Doc::line("", false)),
@@ -459,17 +431,17 @@ impl<'a> Builder<'a> {
             previous = Some((small, end));
         }
         inside.push(Doc::if_broken(if count > 0 { "," } else { "" }));
-        let has_end = self.end_of_list(&mut inside, &close, PARENS, count > 0);
+        let has_end = self.end_of_list(&mut inside, close, PARENS, count > 0);
         if count > 0 || has_end {
             docs.push(Doc::concat(inside).indent());
             docs.push(Doc::line("", false));
         }
-        docs.push(self.close(&close));
+        docs.push(self.close(close));
         Doc::concat(docs)
     }
 
     /// `if a { x } else { y }`: all of it on one line, or none.
-    fn branches(&mut self, node: &SyntaxNode) -> Doc<'a> {
+    fn branches(&mut self, node: Part<'_>) -> Doc<'a> {
         let mut docs = Vec::new();
         let mut previous = false;
         for part in parts(node) {
@@ -477,31 +449,28 @@ impl<'a> Builder<'a> {
                 docs.push(Doc::space());
             }
             previous = true;
-            docs.push(match &part {
-                NodeOrToken::Node(arm) if matches!(arm.kind(), SyntaxKind::Block | SyntaxKind::Arm) => {
-                    let before = arm.first_token().map(|first| self.before(&first));
-                    let arm = self.bracketed(arm, BRACES);
+            docs.push(match part.kind() {
+                SyntaxKind::Block | SyntaxKind::Arm => {
+                    let before = part.first_token().map(|first| self.before(first));
+                    let arm = self.bracketed(part, BRACES);
                     Doc::concat(before.into_iter().chain([arm]).collect())
                 }
-                part => self.any(part),
+                _ => self.any(part),
             });
         }
         Doc::concat(docs)
     }
 
     /// An expression: lines end before its loosest operators.
-    fn operators(&mut self, parts: &[SyntaxElement]) -> Doc<'a> {
-        let op = |part: &SyntaxElement| match part {
-            NodeOrToken::Token(token) if token.kind() == SyntaxKind::Op => Some(level_of(token.text())),
-            _ => None,
-        };
+    fn operators(&mut self, parts: &[Part<'_>]) -> Doc<'a> {
+        let op = |part: &Part<'_>| (part.kind() == SyntaxKind::Op).then(|| level_of(part.text()));
         let Some(loosest) = parts.iter().filter_map(op).min() else {
             let mut docs = Vec::new();
             self.spaced_into(&mut docs, parts.to_vec());
             return Doc::concat(docs);
         };
-        let is_range = parts.iter().any(|part| matches!(part, NodeOrToken::Token(token) if token.text() == ".."));
-        let first = parts.first().and_then(first_token);
+        let is_range = parts.iter().any(|part| !part.kind().is_node() && part.text() == "..");
+        let first = parts.first().and_then(|part| first_token(*part));
         self.grouped(first, |builder| {
             let mut operands = parts.split(|part| op(part) == Some(loosest));
             let mut docs =
@@ -511,7 +480,7 @@ impl<'a> Builder<'a> {
                 if !is_range {
                     rest.push(Doc::line(" ", false));
                 }
-                rest.push(builder.any(sign));
+                rest.push(builder.any(*sign));
                 if !is_range {
                     rest.push(Doc::space());
                 }
@@ -524,21 +493,13 @@ impl<'a> Builder<'a> {
 }
 
 /// What may share a line with its neighbours in a long list: numbers, and brackets of them.
-fn is_small(part: &SyntaxElement) -> bool {
+fn is_small(part: Part<'_>) -> bool {
     use SyntaxKind as K;
-    match part {
-        NodeOrToken::Token(token) => matches!(token.kind(), K::Color | K::String | K::Boolean | K::Path),
-        NodeOrToken::Node(node) => match node.kind() {
-            K::Number => true,
-            K::Tuple => parts(node).all(|part| match part {
-                NodeOrToken::Token(_) => true,
-                NodeOrToken::Node(_) => is_small(&part),
-            }),
-            K::Expr => parts(node).all(|part| {
-                matches!(part.kind(), K::Prefix | K::Path | K::Boolean) || part.kind() != K::Op && is_small(&part)
-            }),
-            K::Named => parts(node).all(|part| part.kind() == K::Path),
-            _ => false,
-        },
+    match part.kind() {
+        K::Color | K::String | K::Boolean | K::Path | K::Number => true,
+        K::Tuple => parts(part).all(|part| !part.kind().is_node() || is_small(part)),
+        K::Expr => parts(part).all(|part| part.kind() == K::Prefix || is_small(part)),
+        K::Named => parts(part).all(|part| part.kind() == K::Path),
+        _ => false,
     }
 }

@@ -17,7 +17,6 @@ use crate::diagnostic::Diagnostic;
 use crate::source::Source;
 use crate::syntax::{SyntaxKind, Tree, parse};
 use build::Round;
-use rowan::NodeOrToken;
 
 /// Columns of a line, as far as there is a place to end it.
 pub const WIDTH: usize = 100;
@@ -89,7 +88,7 @@ fn lay_out(tree: &Tree, round: Round) -> Option<Tree> {
 /// are `- 1` and `-1`.
 fn content(tree: &Tree) -> (Vec<String>, Vec<String>) {
     let (mut tokens, mut comments) = (Vec::new(), Vec::new());
-    for token in tree.root().descendants_with_tokens().filter_map(NodeOrToken::into_token) {
+    for token in tree.root().tokens() {
         let text = token.text();
         match token.kind() {
             SyntaxKind::LineComment | SyntaxKind::DocComment | SyntaxKind::BlockComment => {

@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::syntax::{SyntaxKind, SyntaxNode, SyntaxToken};
-use rowan::NodeOrToken;
+use crate::syntax::{Part, SyntaxKind};
 
 /// A comment before a token.
 #[derive(Debug)]
@@ -37,16 +36,16 @@ pub(super) fn is_between(kind: SyntaxKind) -> bool {
 }
 
 impl Trivia {
-    pub fn of(root: &SyntaxNode) -> Trivia {
+    pub fn of(root: Part<'_>) -> Trivia {
         let mut trivia = Trivia { around: HashMap::new(), end: Around::default() };
         let mut gap = Gap::default();
         let mut previous: Option<u32> = None;
-        for token in root.descendants_with_tokens().filter_map(NodeOrToken::into_token) {
+        for token in root.tokens() {
             if is_between(token.kind()) {
-                gap.add(&token);
+                gap.add(token);
                 continue;
             }
-            let start: u32 = token.text_range().start().into();
+            let start = token.span().start;
             let (after, around) = std::mem::take(&mut gap).split(previous.is_some(), false);
             trivia.add_after(previous, after);
             if !around.before.is_empty() || around.blank {
@@ -66,8 +65,8 @@ impl Trivia {
         }
     }
 
-    pub fn around(&self, token: &SyntaxToken) -> Option<&Around> {
-        self.around.get(&token.text_range().start().into())
+    pub fn around(&self, token: Part<'_>) -> Option<&Around> {
+        self.around.get(&token.span().start)
     }
 
     pub fn end(&self) -> &Around {
@@ -83,7 +82,7 @@ struct Gap {
 }
 
 impl Gap {
-    fn add(&mut self, token: &SyntaxToken) {
+    fn add(&mut self, token: Part<'_>) {
         match token.kind() {
             SyntaxKind::LineComment | SyntaxKind::DocComment | SyntaxKind::BlockComment => {
                 let text = token.text().trim_end().replace("\r\n", "\n");

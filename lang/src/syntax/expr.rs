@@ -1,28 +1,26 @@
 //! Tree to [`ast`](super::ast): values. Here the flat list of an expression gets its precedence.
 
 use super::ast::*;
-use super::kind::{SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
+use super::kind::SyntaxKind;
 use super::lower::*;
 use super::text::{color, number, unescape};
 use crate::source::Span;
-use rowan::NodeOrToken;
+use super::part::Part;
 
 /// What an element adds to the depth of the values in it, at most: see [`MAX_DEPTH`].
-pub(super) fn depth_cost(node: &SyntaxNode) -> u32 {
+pub(super) fn depth_cost(node: Part<'_>) -> u32 {
     use SyntaxKind as K;
     match node.kind() {
         K::Expr | K::Named => {
             let mut cost: u32 = 1;
             let mut levels = [false; 7];
-            for part in node.children_with_tokens() {
-                match part {
-                    NodeOrToken::Token(token) if token.kind() == K::Op => match binary_op(token.text()) {
+            for part in node.parts() {
+                match part.kind() {
+                    K::Op => match binary_op(part.text()) {
                         BinaryOp::Pow => cost = cost.saturating_add(1),
                         op => levels[level(op)] = true,
                     },
-                    part if matches!(part.kind(), K::Prefix | K::Field | K::Index | K::Args) => {
-                        cost = cost.saturating_add(1)
-                    }
+                    K::Prefix | K::Field | K::Index | K::Args => cost = cost.saturating_add(1),
                     _ => {}
                 }
             }
@@ -33,68 +31,58 @@ pub(super) fn depth_cost(node: &SyntaxNode) -> u32 {
     }
 }
 
-/// The value of an element; missing if it is none.
-pub(super) fn value(element: &SyntaxElement) -> Expr {
-    let span = span(element);
-    let kind = match element {
-        NodeOrToken::Token(token) => leaf(token),
-        NodeOrToken::Node(node) => match node.kind() {
-            SyntaxKind::Number => number_of(node),
-            SyntaxKind::Expr => return flat(node),
-            SyntaxKind::Named if is_node(node) => {
-                scene_node(node, None).map_or(ExprKind::Missing, |node| ExprKind::Node(Box::new(node)))
-            }
-            SyntaxKind::Named => return flat(node),
-            SyntaxKind::Tuple => tuple(node),
-            SyntaxKind::List => list(node),
-            SyntaxKind::Keys => ExprKind::Keys(Box::new(keys(node))),
-            SyntaxKind::IfValue => if_value(node),
-            _ => ExprKind::Missing,
-        },
-    };
-    Expr { kind, span }
-}
-
-fn is_node(named: &SyntaxNode) -> bool {
-    named.children().any(|child| matches!(child.kind(), SyntaxKind::Block | SyntaxKind::Like))
-}
-
-fn leaf(token: &SyntaxToken) -> ExprKind {
-    match token.kind() {
-        SyntaxKind::Color => color(token.text()).map_or(ExprKind::Missing, ExprKind::Color),
-        SyntaxKind::String => ExprKind::Str(unescape(token.text()).text.into()),
-        SyntaxKind::Boolean => ExprKind::Bool(token.text() == "true"),
-        SyntaxKind::Path => ExprKind::Path(path(token)),
+/// The value of a part; missing if it is none.
+pub(super) fn value(part: Part<'_>) -> Expr {
+    let kind = match part.kind() {
+        SyntaxKind::Number => number_of(part),
+        SyntaxKind::Expr => return flat(part),
+        SyntaxKind::Named if is_node(part) => {
+            scene_node(part, None).map_or(ExprKind::Missing, |node| ExprKind::Node(Box::new(node)))
+        }
+        SyntaxKind::Named => return flat(part),
+        SyntaxKind::Tuple => tuple(part),
+        SyntaxKind::List => list(part),
+        SyntaxKind::Keys => ExprKind::Keys(Box::new(keys(part))),
+        SyntaxKind::IfValue => if_value(part),
+        SyntaxKind::Color => color(part.text()).map_or(ExprKind::Missing, ExprKind::Color),
+        SyntaxKind::String => ExprKind::Str(unescape(part.text()).text.into()),
+        SyntaxKind::Boolean => ExprKind::Bool(part.text() == "true"),
+        SyntaxKind::Path => ExprKind::Path(path(part)),
         _ => ExprKind::Missing,
-    }
+    };
+    Expr { kind, span: part.span() }
 }
 
-fn number_of(node: &SyntaxNode) -> ExprKind {
-    let mut digits = String::new();
+fn is_node(named: Part<'_>) -> bool {
+    named.nodes().any(|child| matches!(child.kind(), SyntaxKind::Block | SyntaxKind::Like))
+}
+
+fn number_of(node: Part<'_>) -> ExprKind {
+    let mut digits = "";
     let mut unit = None;
-    for token in node.children_with_tokens().filter_map(|part| part.into_token()) {
-        match token.kind() {
-            SyntaxKind::Digits => digits.push_str(token.text()),
-            SyntaxKind::Unit => unit = Some(name(&token)),
+    for part in node.parts() {
+        match part.kind() {
+            SyntaxKind::Digits => digits = part.text(),
+            SyntaxKind::Unit => unit = Some(name(part)),
             _ => return ExprKind::Missing,
         }
     }
-    ExprKind::Number(number(&digits, unit))
+    ExprKind::Number(number(digits, unit))
 }
 
 /// Whether a bracket holds something that could not be read, so that nothing is known about the number of its values.
-fn is_broken(node: &SyntaxNode) -> bool {
-    node.children_with_tokens().any(|part| {
+fn is_broken(node: Part<'_>) -> bool {
+    node.parts().any(|part| {
         matches!(part.kind(), SyntaxKind::Unclosed | SyntaxKind::ExtraComma | SyntaxKind::BadElem | SyntaxKind::BadItem)
     })
 }
 
 /// The values of a bracket. A path token is a value only inside of an expression.
-fn values(node: &SyntaxNode) -> Vec<Expr> {
-    parts(node).filter(|part| part.kind().is_value()).map(|part| value(&part)).collect()
+fn values(node: Part<'_>) -> Vec<Expr> {
+    parts(node).filter(|part| part.kind().is_value()).map(value).collect()
 }
 
-fn tuple(node: &SyntaxNode) -> ExprKind {
+fn tuple(node: Part<'_>) -> ExprKind {
     let mut values = values(node);
     match values.len() {
         _ if is_broken(node) => ExprKind::Missing,
@@ -103,71 +91,71 @@ fn tuple(node: &SyntaxNode) -> ExprKind {
     }
 }
 
-fn list(node: &SyntaxNode) -> ExprKind {
+fn list(node: Part<'_>) -> ExprKind {
     let Some(comp) = child(node, SyntaxKind::Comp) else {
         return if is_broken(node) { ExprKind::Missing } else { ExprKind::List(values(node)) };
     };
-    let condition = value_after(&comp, SyntaxKind::KwIf);
-    let value = value_after(&comp, SyntaxKind::Colon).unwrap_or_else(|| missing_in(&comp));
-    ExprKind::Comp(Box::new(Comp { head: for_head(&comp), condition, value }))
+    let condition = value_after(comp, SyntaxKind::KwIf);
+    let value = value_after(comp, SyntaxKind::Colon).unwrap_or_else(|| missing_in(comp));
+    ExprKind::Comp(Box::new(Comp { head: for_head(comp), condition, value }))
 }
 
 /// The arguments of a call; nothing if they could not be read.
-fn args(node: &SyntaxNode) -> Option<Vec<Arg>> {
+fn args(node: Part<'_>) -> Option<Vec<Arg>> {
     if is_broken(node) {
         return None;
     }
     let args = parts(node).filter_map(|part| {
-        let span = span(&part);
-        match part {
-            NodeOrToken::Node(named) if named.kind() == SyntaxKind::NamedArg => {
-                let key = parts(&named).find_map(|part| part.into_token())?;
-                let value = value_after(&named, SyntaxKind::Colon).unwrap_or_else(|| missing_in(&named));
-                Some(Arg { name: Some(name(&key)), value, span })
+        let span = part.span();
+        match part.kind() {
+            SyntaxKind::NamedArg => {
+                let key = parts(part).find(|part| !part.kind().is_node())?;
+                let value = value_after(part, SyntaxKind::Colon).unwrap_or_else(|| missing_in(part));
+                Some(Arg { name: Some(name(key)), value, span })
             }
-            part if part.kind().is_value() => Some(Arg { name: None, value: value(&part), span }),
+            kind if kind.is_value() => Some(Arg { name: None, value: value(part), span }),
             _ => None,
         }
     });
     Some(args.collect())
 }
 
-fn keys(node: &SyntaxNode) -> Keys {
+fn keys(node: Part<'_>) -> Keys {
     let block = child(node, SyntaxKind::KeyBlock);
-    let keys = block.iter().flat_map(|block| block.children()).filter(|key| key.kind() == SyntaxKind::Key);
+    let keys = block.into_iter().flat_map(Part::nodes).filter(|key| key.kind() == SyntaxKind::Key);
     Keys {
-        args: child(node, SyntaxKind::Args).and_then(|node| args(&node)).unwrap_or_default(),
-        keys: keys.map(|node| key(&node)).collect(),
-        block: block.as_ref().map(node_span),
+        args: child(node, SyntaxKind::Args).and_then(args).unwrap_or_default(),
+        keys: keys.map(key).collect(),
+        block: block.map(Part::span),
     }
 }
 
-fn key(node: &SyntaxNode) -> Key {
+fn key(node: Part<'_>) -> Key {
     let at_end = || missing_in(node);
     let mut rest = parts(node);
     let mut first = rest.next();
-    let after = first.as_ref().is_some_and(|part| part.kind() == SyntaxKind::KwAfter);
+    let after = first.is_some_and(|part| part.kind() == SyntaxKind::KwAfter);
     if after {
         first = rest.next();
     }
-    let time = first.map_or_else(at_end, |part| value(&part));
-    let reached = match rest.next().map(|part| part.kind()) {
+    let time = first.map_or_else(at_end, value);
+    let reached = match rest.next().map(Part::kind) {
         Some(SyntaxKind::Colon) => rest.next(),
         _ => None,
     };
     let reached = match reached {
-        Some(NodeOrToken::Node(node)) if node.kind() == SyntaxKind::Block => KeyValue::Block(block(&node)),
-        Some(part) => KeyValue::Value(value(&part)),
+        Some(part) if part.kind() == SyntaxKind::Block => KeyValue::Block(block(part)),
+        Some(part) => KeyValue::Value(value(part)),
         None => KeyValue::Value(at_end()),
     };
-    Key { after, time, value: reached, ease: value_after(node, SyntaxKind::KwEase), span: node_span(node) }
+    Key { after, time, value: reached, ease: value_after(node, SyntaxKind::KwEase), span: node.span() }
 }
 
-fn if_value(node: &SyntaxNode) -> ExprKind {
+fn if_value(node: Part<'_>) -> ExprKind {
     let Branches { arms, otherwise } = branches(node);
-    let arm = |arm: Option<SyntaxNode>| {
-        let found = arm.as_ref().and_then(|arm| parts(arm).find(|part| part.kind().is_value()));
-        found.map_or_else(|| missing_in(arm.as_ref().unwrap_or(node)), |part| value(&part))
+    let arm = |arm: Option<Part<'_>>| {
+        let found = arm.and_then(|arm| parts(arm).find(|part| part.kind().is_value()));
+        found.map_or_else(|| missing_in(arm.unwrap_or(node)), value)
     };
     let arms = arms.into_iter().map(|(condition, node)| (condition, arm(node))).collect();
     ExprKind::If(Box::new(IfValue { arms, otherwise: arm(otherwise) }))
@@ -216,41 +204,37 @@ pub(crate) fn level_of(op: &str) -> usize {
     level(binary_op(op))
 }
 
-enum Part {
+enum Term {
     Prefix(UnaryOp, Span),
     Operand(Expr),
     Op(BinaryOp, Span),
 }
 
 /// `prefix* primary postfix* (op prefix* primary postfix*)*`
-fn flat(node: &SyntaxNode) -> Expr {
-    let mut list: Vec<Part> = Vec::new();
+fn flat(node: Part<'_>) -> Expr {
+    let mut list: Vec<Term> = Vec::new();
     for part in parts(node) {
-        let place = span(&part);
-        match part {
-            NodeOrToken::Token(token) if token.kind() == SyntaxKind::Prefix => {
-                let op = if token.text() == "!" { UnaryOp::Not } else { UnaryOp::Neg };
-                list.push(Part::Prefix(op, place));
+        let place = part.span();
+        match part.kind() {
+            SyntaxKind::Prefix => {
+                let op = if part.text() == "!" { UnaryOp::Not } else { UnaryOp::Neg };
+                list.push(Term::Prefix(op, place));
             }
-            NodeOrToken::Token(token) if token.kind() == SyntaxKind::Op => {
-                list.push(Part::Op(binary_op(token.text()), place));
-            }
-            NodeOrToken::Node(postfix)
-                if matches!(postfix.kind(), SyntaxKind::Args | SyntaxKind::Field | SyntaxKind::Index) =>
-            {
-                if let Some(Part::Operand(base)) = list.pop() {
+            SyntaxKind::Op => list.push(Term::Op(binary_op(part.text()), place)),
+            SyntaxKind::Args | SyntaxKind::Field | SyntaxKind::Index => {
+                if let Some(Term::Operand(base)) = list.pop() {
                     let span = base.span.to(place);
-                    list.push(Part::Operand(Expr { kind: postfixed(base, &postfix), span }));
+                    list.push(Term::Operand(Expr { kind: postfixed(base, part), span }));
                 }
             }
-            part => list.push(Part::Operand(value(&part))),
+            _ => list.push(Term::Operand(value(part))),
         }
     }
     let mut list = list.into_iter().peekable();
-    binary(&mut list, 0, node_span(node))
+    binary(&mut list, 0, node.span())
 }
 
-fn postfixed(base: Expr, postfix: &SyntaxNode) -> ExprKind {
+fn postfixed(base: Expr, postfix: Part<'_>) -> ExprKind {
     if base.is_missing() {
         return ExprKind::Missing;
     }
@@ -261,7 +245,7 @@ fn postfixed(base: Expr, postfix: &SyntaxNode) -> ExprKind {
         },
         SyntaxKind::Index => match parts(postfix).nth(1) {
             Some(index) if !is_broken(postfix) => {
-                ExprKind::Index { base: Box::new(base), index: Box::new(value(&index)) }
+                ExprKind::Index { base: Box::new(base), index: Box::new(value(index)) }
             }
             _ => ExprKind::Missing,
         },
@@ -269,40 +253,40 @@ fn postfixed(base: Expr, postfix: &SyntaxNode) -> ExprKind {
     }
 }
 
-fn field(base: Expr, postfix: &SyntaxNode) -> ExprKind {
-    let found = parts(postfix).filter_map(|part| part.into_token()).find(|token| token.kind() == SyntaxKind::Ident);
+fn field(base: Expr, postfix: Part<'_>) -> ExprKind {
+    let found = parts(postfix).find(|part| part.kind() == SyntaxKind::Ident);
     match (found, base.kind) {
         // `1.` and what follows: reported.
         (None, _) | (_, ExprKind::Number(_)) => ExprKind::Missing,
         (Some(token), ExprKind::Path(mut path)) => {
-            path.span = path.span.to(token_span(&token));
-            path.segments.push(name(&token));
+            path.span = path.span.to(token.span());
+            path.segments.push(name(token));
             ExprKind::Path(path)
         }
-        (Some(token), kind) => ExprKind::Field { base: Box::new(Expr { kind, span: base.span }), name: name(&token) },
+        (Some(token), kind) => ExprKind::Field { base: Box::new(Expr { kind, span: base.span }), name: name(token) },
     }
 }
 
-type Parts = std::iter::Peekable<std::vec::IntoIter<Part>>;
+type Terms = std::iter::Peekable<std::vec::IntoIter<Term>>;
 
-fn next_op(parts: &mut Parts, wanted: usize) -> Option<(BinaryOp, Span)> {
-    match parts.peek() {
-        Some(&Part::Op(op, span)) if level(op) == wanted => {
-            parts.next();
+fn next_op(terms: &mut Terms, wanted: usize) -> Option<(BinaryOp, Span)> {
+    match terms.peek() {
+        Some(&Term::Op(op, span)) if level(op) == wanted => {
+            terms.next();
             Some((op, span))
         }
         _ => None,
     }
 }
 
-fn binary(parts: &mut Parts, wanted: usize, whole: Span) -> Expr {
+fn binary(terms: &mut Terms, wanted: usize, whole: Span) -> Expr {
     if wanted == level(BinaryOp::Pow) {
-        return unary(parts, whole);
+        return unary(terms, whole);
     }
-    let first = binary(parts, wanted + 1, whole);
+    let first = binary(terms, wanted + 1, whole);
     let mut rest = Vec::new();
-    while let Some((op, op_span)) = next_op(parts, wanted) {
-        rest.push(Step { op, op_span, value: binary(parts, wanted + 1, whole) });
+    while let Some((op, op_span)) = next_op(terms, wanted) {
+        rest.push(Step { op, op_span, value: binary(terms, wanted + 1, whole) });
     }
     let Some(last) = rest.last() else { return first };
     let span = first.span.to(last.value.span);
@@ -314,20 +298,20 @@ fn binary(parts: &mut Parts, wanted: usize, whole: Span) -> Expr {
 }
 
 /// A prefix binds looser than `^` on its right and tighter than all else: `-a^2` is `-(a^2)`, `a^-b` is `a^(-b)`.
-fn unary(parts: &mut Parts, whole: Span) -> Expr {
-    let first = match parts.next() {
-        Some(Part::Prefix(op, op_span)) => {
-            let value = unary(parts, whole);
+fn unary(terms: &mut Terms, whole: Span) -> Expr {
+    let first = match terms.next() {
+        Some(Term::Prefix(op, op_span)) => {
+            let value = unary(terms, whole);
             let span = op_span.to(value.span);
             return Expr { kind: ExprKind::Unary { op, op_span, value: Box::new(value) }, span };
         }
-        Some(Part::Operand(operand)) => operand,
-        Some(Part::Op(..)) | None => return missing(Span::at(whole.end)),
+        Some(Term::Operand(operand)) => operand,
+        Some(Term::Op(..)) | None => return missing(Span::at(whole.end)),
     };
-    match next_op(parts, level(BinaryOp::Pow)) {
+    match next_op(terms, level(BinaryOp::Pow)) {
         None => first,
         Some((op, op_span)) => {
-            let value = unary(parts, whole);
+            let value = unary(terms, whole);
             let span = first.span.to(value.span);
             let rest = vec![Step { op, op_span, value }];
             Expr { kind: ExprKind::Binary { first: Box::new(first), rest }, span }

@@ -7,20 +7,25 @@ macro_rules! kinds {
      between { $($gap:ident = $gap_doc:literal),* $(,)? }) => {
         /// What a node or token of the tree is. The first group are nodes, the others tokens.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[repr(u16)]
+        #[repr(u8)]
         pub enum SyntaxKind {
             $(#[doc = concat!("Node of the rule `", stringify!($node_rule), "`.")] $node,)*
             $(#[doc = concat!("Token of the rule `", stringify!($token_rule), "`.")] $token,)*
             $(#[doc = $gap_doc] $gap,)*
         }
 
-        const ALL: &[SyntaxKind] = &[$(SyntaxKind::$node,)* $(SyntaxKind::$token,)* $(SyntaxKind::$gap,)*];
+        impl SyntaxKind {
+            /// Whether it is the kind of a node.
+            pub fn is_node(self) -> bool {
+                matches!(self, $(SyntaxKind::$node)|*)
+            }
+        }
 
-        /// The kind of a rule's pair and whether it is a token; nothing for rules that make no pair.
-        pub(super) fn of_rule(rule: Rule) -> Option<(SyntaxKind, bool)> {
+        /// The kind of a rule's pair; nothing for rules that make no pair.
+        pub(super) fn of_rule(rule: Rule) -> Option<SyntaxKind> {
             match rule {
-                $(Rule::$node_rule => Some((SyntaxKind::$node, false)),)*
-                $(Rule::$token_rule => Some((SyntaxKind::$token, true)),)*
+                $(Rule::$node_rule => Some(SyntaxKind::$node),)*
+                $(Rule::$token_rule => Some(SyntaxKind::$token),)*
                 _ => None,
             }
         }
@@ -118,26 +123,3 @@ impl SyntaxKind {
         matches!(self, Missing | Number | Color | String | BadString | Named | Keys | IfValue | Expr)
     }
 }
-
-/// rowan's tag for trees of this language.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kinora {}
-
-impl rowan::Language for Kinora {
-    type Kind = SyntaxKind;
-
-    fn kind_from_raw(raw: rowan::SyntaxKind) -> SyntaxKind {
-        ALL.get(raw.0 as usize).copied().unwrap_or(SyntaxKind::BadText)
-    }
-
-    fn kind_to_raw(kind: SyntaxKind) -> rowan::SyntaxKind {
-        rowan::SyntaxKind(kind as u16)
-    }
-}
-
-/// A node of the tree.
-pub type SyntaxNode = rowan::SyntaxNode<Kinora>;
-/// A token of the tree.
-pub type SyntaxToken = rowan::SyntaxToken<Kinora>;
-/// A node or a token of the tree.
-pub type SyntaxElement = rowan::SyntaxElement<Kinora>;

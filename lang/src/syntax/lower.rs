@@ -2,35 +2,20 @@
 
 use super::ast::*;
 use super::expr::value;
-use super::kind::{SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
+use super::kind::SyntaxKind;
+use super::part::Part;
 use super::text::unescape;
 use crate::source::Span;
-use rowan::NodeOrToken;
 use std::sync::Arc;
 
 /// The items of a file's root node.
-pub(super) fn file(root: &SyntaxNode) -> File {
-    File { items: items(root), span: node_span(root) }
+pub(super) fn file(root: Part<'_>) -> File {
+    File { items: items(root), span: root.span() }
 }
 
-/// The elements of a node that mean something.
-pub(super) fn parts(node: &SyntaxNode) -> impl Iterator<Item = SyntaxElement> {
-    node.children_with_tokens().filter(|part| !part.kind().is_trivia())
-}
-
-pub(super) fn span(element: &SyntaxElement) -> Span {
-    let range = element.text_range();
-    Span::new(range.start().into(), range.end().into())
-}
-
-pub(super) fn node_span(node: &SyntaxNode) -> Span {
-    let range = node.text_range();
-    Span::new(range.start().into(), range.end().into())
-}
-
-pub(super) fn token_span(token: &SyntaxToken) -> Span {
-    let range = token.text_range();
-    Span::new(range.start().into(), range.end().into())
+/// The parts of a node that mean something.
+pub(super) fn parts(node: Part<'_>) -> impl Iterator<Item = Part<'_>> + Clone {
+    node.parts().filter(|part| !part.kind().is_trivia())
 }
 
 pub(super) fn missing(span: Span) -> Expr {
@@ -38,47 +23,41 @@ pub(super) fn missing(span: Span) -> Expr {
 }
 
 /// A missing value at a node's end.
-pub(super) fn missing_in(node: &SyntaxNode) -> Expr {
-    missing(Span::at(node_span(node).end))
+pub(super) fn missing_in(node: Part<'_>) -> Expr {
+    missing(Span::at(node.span().end))
 }
 
 /// The value behind the first token of this kind.
-pub(super) fn value_after(node: &SyntaxNode, kind: SyntaxKind) -> Option<Expr> {
+pub(super) fn value_after(node: Part<'_>, kind: SyntaxKind) -> Option<Expr> {
     let mut rest = parts(node).skip_while(|part| part.kind() != kind);
     rest.next()?;
-    rest.next().filter(|part| part.kind().is_value()).map(|part| value(&part))
+    rest.next().filter(|part| part.kind().is_value()).map(value)
 }
 
-pub(super) fn child(node: &SyntaxNode, kind: SyntaxKind) -> Option<SyntaxNode> {
-    node.children().find(|child| child.kind() == kind)
+pub(super) fn child(node: Part<'_>, kind: SyntaxKind) -> Option<Part<'_>> {
+    node.nodes().find(|child| child.kind() == kind)
 }
 
-pub(super) fn name(token: &SyntaxToken) -> Name {
+pub(super) fn name(token: Part<'_>) -> Name {
     let quoted = token.kind() == SyntaxKind::String;
     let text: Arc<str> = if quoted { unescape(token.text()).text.into() } else { token.text().into() };
-    Name { text, span: token_span(token), quoted }
+    Name { text, span: token.span(), quoted }
 }
 
 /// The first token of these kinds as a name.
-fn find_name(node: &SyntaxNode, kinds: &[SyntaxKind]) -> Option<Name> {
-    parts(node).find_map(|part| match part {
-        NodeOrToken::Token(token) if kinds.contains(&token.kind()) => Some(name(&token)),
-        _ => None,
-    })
+fn find_name(node: Part<'_>, kinds: &[SyntaxKind]) -> Option<Name> {
+    parts(node).find(|part| kinds.contains(&part.kind())).map(name)
 }
 
 /// The name behind the first token of this kind.
-fn name_after(node: &SyntaxNode, kind: SyntaxKind) -> Option<Name> {
+fn name_after(node: Part<'_>, kind: SyntaxKind) -> Option<Name> {
     let mut rest = parts(node).skip_while(|part| part.kind() != kind);
     rest.next()?;
-    match rest.next()? {
-        NodeOrToken::Token(token) if token.kind() == SyntaxKind::Ident => Some(name(&token)),
-        _ => None,
-    }
+    rest.next().filter(|part| part.kind() == SyntaxKind::Ident).map(name)
 }
 
-pub(super) fn path(token: &SyntaxToken) -> Path {
-    let whole = token_span(token);
+pub(super) fn path(token: Part<'_>) -> Path {
+    let whole = token.span();
     let mut start = whole.start;
     let segments = token.text().split('.').map(|text| {
         let span = Span::new(start, start + text.len() as u32);
@@ -88,23 +67,22 @@ pub(super) fn path(token: &SyntaxToken) -> Path {
     Path { segments: segments.collect(), span: whole }
 }
 
-pub(super) fn block(node: &SyntaxNode) -> Block {
-    Block { items: items(node), span: node_span(node) }
+pub(super) fn block(node: Part<'_>) -> Block {
+    Block { items: items(node), span: node.span() }
 }
 
-fn items(node: &SyntaxNode) -> Vec<Item> {
+fn items(node: Part<'_>) -> Vec<Item> {
     let mut items = Vec::new();
-    let mut docs: Vec<String> = Vec::new();
-    for part in node.children_with_tokens() {
-        match part {
-            NodeOrToken::Token(token) if token.kind() == SyntaxKind::DocComment => {
-                docs.push(doc_line(token.text()).to_string());
-            }
-            NodeOrToken::Token(token) if token.kind().is_trivia() => {}
-            NodeOrToken::Token(_) => docs.clear(),
-            NodeOrToken::Node(node) => {
-                let text = (!docs.is_empty()).then(|| docs.join("\n").into());
-                items.extend(item(&node, text));
+    let mut docs: Vec<&str> = Vec::new();
+    for part in node.parts() {
+        match part.kind() {
+            SyntaxKind::DocComment => docs.push(doc_line(part.text())),
+            kind if kind.is_trivia() => {}
+            kind => {
+                if kind.is_node() {
+                    let text = (!docs.is_empty()).then(|| docs.join("\n").into());
+                    items.extend(item(part, text));
+                }
                 docs.clear();
             }
         }
@@ -117,13 +95,13 @@ fn doc_line(text: &str) -> &str {
     text.strip_prefix(' ').unwrap_or(text)
 }
 
-fn item(node: &SyntaxNode, docs: Docs) -> Option<Item> {
+fn item(node: Part<'_>, docs: Docs) -> Option<Item> {
     use SyntaxKind as K;
-    let span = node_span(node);
+    let span = node.span();
     let value_of = |kind| value_after(node, kind).unwrap_or_else(|| missing_in(node));
-    let ty = || child(node, K::Ty).map(|ty| type_of(&ty));
+    let ty = || child(node, K::Ty).map(type_of);
     let name_of = || find_name(node, &[K::Ident]);
-    let body = || child(node, K::Block).map(|body| block(&body));
+    let body = || child(node, K::Block).map(block);
     Some(match node.kind() {
         K::Property | K::EqProperty => Item::Property(Property {
             docs,
@@ -142,9 +120,9 @@ fn item(node: &SyntaxNode, docs: Docs) -> Option<Item> {
             span,
         }),
         K::FnDecl => {
-            let result = child(node, K::Ty).map(|ty| type_of(&ty));
+            let result = child(node, K::Ty).map(type_of);
             let (body, at) = match (child(node, K::Block), value_after(node, K::Equals)) {
-                (Some(body), _) => (FnBody::Block(block(&body)), node_span(&body).start),
+                (Some(body), _) => (FnBody::Block(block(body)), body.span().start),
                 (None, Some(value)) => {
                     let at = value.span.start;
                     (FnBody::Value(value), at)
@@ -155,19 +133,19 @@ fn item(node: &SyntaxNode, docs: Docs) -> Option<Item> {
             Item::Fn(FnDecl { docs, name: name_of(), params: formals(node), result, body, head, span })
         }
         K::PrefabDecl => {
-            let head = head(node, child(node, K::Block).map_or(span.end, |body| node_span(&body).start));
+            let head = head(node, child(node, K::Block).map_or(span.end, |body| body.span().start));
             Item::Prefab(PrefabDecl { docs, name: name_of(), params: formals(node), body: body(), head, span })
         }
         K::ForStmt => Item::For(ForStmt { head: for_head(node), body: body(), span }),
         K::IfStmt => {
             let Branches { arms, otherwise } = branches(node);
-            let arms = arms.into_iter().map(|(condition, arm)| (condition, arm.map(|arm| block(&arm)))).collect();
-            Item::If(IfStmt { arms, otherwise: otherwise.map(|arm| block(&arm)), span })
+            let arms = arms.into_iter().map(|(condition, arm)| (condition, arm.map(block))).collect();
+            Item::If(IfStmt { arms, otherwise: otherwise.map(block), span })
         }
         K::ReturnStmt => Item::Return(ReturnStmt { value: value_of(K::KwReturn), span }),
         K::ImportDecl => Item::Import(ImportDecl {
             path: find_name(node, &[K::String]),
-            names: child(node, K::Names).map(|names| renames(&names)),
+            names: child(node, K::Names).map(renames),
             alias: name_after(node, K::KwAs),
             span,
         }),
@@ -178,86 +156,84 @@ fn item(node: &SyntaxNode, docs: Docs) -> Option<Item> {
 }
 
 /// A node as an item or, from [`SyntaxKind::Named`], as a value; nothing if it has no kind.
-pub(super) fn scene_node(node: &SyntaxNode, docs: Docs) -> Option<Node> {
+pub(super) fn scene_node(node: Part<'_>, docs: Docs) -> Option<Node> {
     use SyntaxKind as K;
-    let kind = parts(node).find_map(|part| part.into_token().filter(|token| token.kind() == K::Path))?;
+    let kind = parts(node).find(|part| part.kind() == K::Path)?;
     let like = child(node, K::Like);
-    let body = child(like.as_ref().unwrap_or(node), K::Block);
+    let body = child(like.unwrap_or(node), K::Block);
     Some(Node {
         docs,
-        kind: path(&kind),
+        kind: path(kind),
         name: find_name(node, &[K::Ident, K::String]),
-        like: like.map(|like| value_after(&like, K::KwLike).unwrap_or_else(|| missing_in(&like))),
-        body: body.map(|body| block(&body)),
-        span: node_span(node),
+        like: like.map(|like| value_after(like, K::KwLike).unwrap_or_else(|| missing_in(like))),
+        body: body.map(block),
+        span: node.span(),
     })
 }
 
 /// From the node's start to the last thing before the offset `until`.
-fn head(node: &SyntaxNode, until: u32) -> Span {
-    let whole = node_span(node);
-    let before = parts(node).map(|part| span(&part)).take_while(|part| part.end <= until && part.start < until);
+fn head(node: Part<'_>, until: u32) -> Span {
+    let whole = node.span();
+    let before = parts(node).map(Part::span).take_while(|part| part.end <= until && part.start < until);
     before.fold(Span::at(whole.start), Span::to)
 }
 
-fn type_of(node: &SyntaxNode) -> Type {
-    let names = parts(node).filter_map(|part| part.into_token()).filter(|token| token.kind() == SyntaxKind::Ident);
-    Type { names: names.map(|token| name(&token)).collect(), span: node_span(node) }
+fn type_of(node: Part<'_>) -> Type {
+    let names = parts(node).filter(|part| part.kind() == SyntaxKind::Ident);
+    Type { names: names.map(name).collect(), span: node.span() }
 }
 
-fn formals(node: &SyntaxNode) -> Vec<Formal> {
+fn formals(node: Part<'_>) -> Vec<Formal> {
     let Some(params) = child(node, SyntaxKind::Params) else { return Vec::new() };
-    let formals = params.children().filter(|formal| formal.kind() == SyntaxKind::Formal);
+    let formals = params.nodes().filter(|formal| formal.kind() == SyntaxKind::Formal);
     let formals = formals.filter_map(|formal| {
         Some(Formal {
-            name: find_name(&formal, &[SyntaxKind::Ident])?,
-            ty: child(&formal, SyntaxKind::Ty).map(|ty| type_of(&ty)),
-            default: value_after(&formal, SyntaxKind::Equals),
-            span: node_span(&formal),
+            name: find_name(formal, &[SyntaxKind::Ident])?,
+            ty: child(formal, SyntaxKind::Ty).map(type_of),
+            default: value_after(formal, SyntaxKind::Equals),
+            span: formal.span(),
         })
     });
     formals.collect()
 }
 
-fn renames(names: &SyntaxNode) -> Vec<Rename> {
-    let renames = names.children().filter(|rename| rename.kind() == SyntaxKind::Rename);
+fn renames(names: Part<'_>) -> Vec<Rename> {
+    let renames = names.nodes().filter(|rename| rename.kind() == SyntaxKind::Rename);
     let renames = renames.filter_map(|rename| {
-        Some(Rename { name: find_name(&rename, &[SyntaxKind::Ident])?, alias: name_after(&rename, SyntaxKind::KwAs) })
+        Some(Rename { name: find_name(rename, &[SyntaxKind::Ident])?, alias: name_after(rename, SyntaxKind::KwAs) })
     });
     renames.collect()
 }
 
 /// The head of a `for` statement or a comprehension.
-pub(super) fn for_head(node: &SyntaxNode) -> ForHead {
+pub(super) fn for_head(node: Part<'_>) -> ForHead {
     let over = value_after(node, SyntaxKind::KwIn).unwrap_or_else(|| missing_in(node));
     let names = parts(node).take_while(|part| part.kind() != SyntaxKind::KwIn);
-    let names = names.filter_map(|part| part.into_token()).filter(|token| token.kind() == SyntaxKind::Ident);
+    let names = names.filter(|part| part.kind() == SyntaxKind::Ident);
     ForHead {
-        names: names.map(|token| name(&token)).collect(),
-        span: Span::new(node_span(node).start, over.span.end),
+        names: names.map(name).collect(),
+        span: Span::new(node.span().start, over.span.end),
         over,
     }
 }
 
 /// The arms of an `if` as nodes; an arm is absent where it is missing.
-pub(super) struct Branches {
-    pub arms: Vec<(Expr, Option<SyntaxNode>)>,
-    pub otherwise: Option<SyntaxNode>,
+pub(super) struct Branches<'t> {
+    pub arms: Vec<(Expr, Option<Part<'t>>)>,
+    pub otherwise: Option<Part<'t>>,
 }
 
-pub(super) fn branches(node: &SyntaxNode) -> Branches {
-    let is_arm = |part: SyntaxElement| {
-        part.into_node().filter(|node| matches!(node.kind(), SyntaxKind::Block | SyntaxKind::Arm))
-    };
+pub(super) fn branches(node: Part<'_>) -> Branches<'_> {
+    let is_arm = |part: &Part<'_>| matches!(part.kind(), SyntaxKind::Block | SyntaxKind::Arm);
     let mut branches = Branches { arms: Vec::new(), otherwise: None };
     let mut rest = parts(node);
     while let Some(part) = rest.next() {
         match part.kind() {
             SyntaxKind::KwIf => {
-                let condition = rest.next().map_or_else(|| missing_in(node), |part| value(&part));
-                branches.arms.push((condition, rest.next().and_then(is_arm)));
+                let condition = rest.next().map_or_else(|| missing_in(node), value);
+                branches.arms.push((condition, rest.next().filter(is_arm)));
             }
-            SyntaxKind::Block | SyntaxKind::Arm => branches.otherwise = part.into_node(),
+            SyntaxKind::Block | SyntaxKind::Arm => branches.otherwise = Some(part),
             _ => {}
         }
     }

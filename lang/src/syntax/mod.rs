@@ -10,12 +10,14 @@ mod grammar;
 mod kind;
 mod lower;
 mod parse;
+mod part;
 mod scan;
 mod shift;
 mod text;
 mod tree;
 
 pub(crate) use expr::level_of;
-pub use kind::{Kinora, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
+pub use kind::SyntaxKind;
+pub use part::Part;
 pub use scan::MAX_NESTING;
 pub use tree::{Tree, parse, parse_value};

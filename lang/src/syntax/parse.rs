@@ -4,100 +4,131 @@
 //! tokens of its own, so that the leaves of the tree joined are the text, whatever the text is.
 
 use super::grammar::{Grammar, Rule};
-use super::kind::{Kinora, SyntaxKind, of_rule};
+use super::kind::{SyntaxKind, of_rule};
+use super::part::{Part, Record};
 use super::scan;
+use crate::source::Span;
 use pest::{Parser, Token};
-use rowan::{GreenNode, GreenNodeBuilder, Language};
 
-/// The tree of a text, and where parsing stopped if it had to: at the bracket that is nested too deep.
-pub(super) struct Green {
-    pub node: GreenNode,
-    pub stopped: Option<u32>,
+/// The tree of a text or of a piece of it.
+#[derive(Debug, Clone)]
+pub(super) struct Records {
+    list: Vec<Record>,
     /// Whether some text could not be read, or a comment may be open to the end.
     pub has_bad: bool,
 }
 
-/// Parses a whole file, or one value as after `-D name=`.
-pub(super) fn green(text: &str, one_value: bool) -> Green {
+impl Records {
+    /// The root; `text` is the whole text.
+    pub fn root<'t>(&'t self, text: &'t str) -> Part<'t> {
+        Part::root(text, &self.list)
+    }
+}
+
+/// Parses the text under a span, as a file or as one value behind `-D name=`. Of that, what lies from `stop` on is kept
+/// as one token.
+pub(super) fn records(text: &str, span: Span, stop: u32, one_value: bool) -> Records {
     let (rule, root) = match one_value {
         true => (Rule::one_value, SyntaxKind::OneValue),
         false => (Rule::file, SyntaxKind::File),
     };
-    let stopped = scan::too_deep(text);
-    let good = &text[..stopped.unwrap_or(text.len())];
-    let mut builder = Builder { builder: GreenNodeBuilder::new(), text, at: 0, open: Vec::new(), has_bad: false };
-    // The grammar matches every text; what remains is pest's guard of the stack, on a thread with a very small one.
-    let stopped = match Grammar::parse(rule, good) {
+    let (start, end) = (span.start as usize, span.end as usize);
+    let good = &text[start..(stop as usize).clamp(start, end)];
+    let mut builder = Builder { list: Vec::new(), text, at: start, end, open: Vec::new(), has_bad: false };
+    // The grammar matches every text.
+    match Grammar::parse(rule, good) {
         Ok(pairs) => {
             for token in pairs.tokens() {
                 match token {
-                    Token::Start { rule, pos } => builder.start(rule, pos.pos()),
-                    Token::End { rule, pos } => builder.end(rule, pos.pos(), root),
+                    Token::Start { rule, pos } => builder.start_rule(rule, start + pos.pos()),
+                    Token::End { rule, pos } => builder.end_rule(rule, start + pos.pos(), root),
                 }
             }
-            stopped
         }
         Err(_) => {
-            builder.builder.start_node(Kinora::kind_to_raw(root));
+            builder.start_node(root);
             builder.bad_text();
-            builder.builder.finish_node();
-            Some(0)
+            builder.end_node();
         }
-    };
-    let has_bad = builder.has_bad;
-    Green { node: builder.builder.finish(), stopped: stopped.map(|offset| offset as u32), has_bad }
+    }
+    Records { list: builder.list, has_bad: builder.has_bad }
 }
 
 struct Builder<'a> {
-    builder: GreenNodeBuilder<'static>,
+    list: Vec<Record>,
     text: &'a str,
+    /// How far the tokens reach.
     at: usize,
-    open: Vec<SyntaxKind>,
+    /// Where what is parsed ends.
+    end: usize,
+    open: Vec<u32>,
     has_bad: bool,
 }
 
 impl Builder<'_> {
-    fn start(&mut self, rule: Rule, offset: usize) {
-        let Some((kind, is_token)) = of_rule(rule) else { return };
+    fn start_rule(&mut self, rule: Rule, offset: usize) {
+        let Some(kind) = of_rule(rule) else { return };
         self.gap(offset);
-        if !is_token {
-            self.builder.start_node(Kinora::kind_to_raw(kind));
-            self.open.push(kind);
+        if kind.is_node() {
+            self.start_node(kind);
         }
     }
 
-    fn end(&mut self, rule: Rule, offset: usize, root: SyntaxKind) {
+    fn end_rule(&mut self, rule: Rule, offset: usize, root: SyntaxKind) {
         match of_rule(rule) {
-            Some((kind, true)) => self.token(kind, offset),
-            Some((kind, false)) => {
+            Some(kind) if kind.is_node() => {
                 self.gap(offset);
                 if kind == root {
                     self.bad_text();
                 }
-                self.builder.finish_node();
-                self.open.pop();
+                self.end_node();
             }
+            Some(kind) => self.token(kind, offset),
             None => {}
+        }
+    }
+
+    fn push(&mut self, kind: SyntaxKind, end: usize) {
+        let next = self.list.len() as u32;
+        let parent = self.open.last().copied().unwrap_or(next);
+        let span = Span::new(self.at as u32, end as u32);
+        self.list.push(Record { kind, span, parent, after: next + 1 });
+    }
+
+    fn start_node(&mut self, kind: SyntaxKind) {
+        self.push(kind, self.at);
+        self.open.push(self.list.len() as u32 - 1);
+    }
+
+    fn end_node(&mut self) {
+        let after = self.list.len() as u32;
+        if let Some(node) = self.open.pop().and_then(|open| self.list.get_mut(open as usize)) {
+            node.after = after;
+            node.span.end = self.at as u32;
         }
     }
 
     fn token(&mut self, kind: SyntaxKind, end: usize) {
         if end > self.at {
             use SyntaxKind::{BadElem, BadItem, BadString, BlockComment};
-            let reaches_end = end == self.text.len();
+            let reaches_end = end == self.end;
             self.has_bad |= matches!(kind, BadItem | BadElem | BadString) || kind == BlockComment && reaches_end;
-            self.builder.token(Kinora::kind_to_raw(kind), &self.text[self.at..end]);
+            self.push(kind, end);
             self.at = end;
         }
     }
 
     fn bad_text(&mut self) {
-        self.token(SyntaxKind::BadText, self.text.len());
+        self.token(SyntaxKind::BadText, self.end);
     }
 
     /// Tokens for what the grammar matched without a rule of its own.
     fn gap(&mut self, end: usize) {
-        if self.open.last() == Some(&SyntaxKind::Number) {
+        if self.at == end {
+            return;
+        }
+        let open = self.open.last().and_then(|open| self.list.get(*open as usize));
+        if open.is_some_and(|open| open.kind == SyntaxKind::Number) {
             return self.token(SyntaxKind::Digits, end);
         }
         while self.at < end {

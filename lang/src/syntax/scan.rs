@@ -6,41 +6,94 @@
 /// Most brackets inside one another.
 pub const MAX_NESTING: usize = 128;
 
-/// The offset of the first bracket that is nested too deep.
-pub(super) fn too_deep(text: &str) -> Option<usize> {
+/// Bytes from which on a text is cut: pieces stay in the cache, and their pairs are dropped one by one.
+const PIECE: usize = 64 << 10;
+
+/// What the brackets of a text tell.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Scan {
+    /// The offset of the first bracket that is nested too deep.
+    pub too_deep: Option<u32>,
+    /// Where the text may be cut: each piece then means by itself what it means in the text. None where a bracket, a
+    /// string or a comment has no end.
+    pub cuts: Vec<u32>,
+}
+
+pub(super) fn scan(text: &str) -> Scan {
     let bytes = text.as_bytes();
     let mut open: Vec<u8> = Vec::new();
+    let mut cuts: Vec<u32> = Vec::new();
+    let mut whole = true;
     let mut at = 0;
     while let Some(&byte) = bytes.get(at) {
         match byte {
-            b'"' => (at, _) = string_end(bytes, at),
+            b'"' => {
+                let closed;
+                (at, closed) = string_end(bytes, at);
+                whole &= closed;
+            }
             b'/' if bytes.get(at + 1) == Some(&b'/') => at = line_end(bytes, at),
-            b'/' if bytes.get(at + 1) == Some(&b'*') => at = comment_end(bytes, at),
+            b'/' if bytes.get(at + 1) == Some(&b'*') => {
+                at = comment_end(bytes, at);
+                whole &= at < bytes.len();
+            }
             b'(' | b'[' | b'{' => {
                 if open.len() == MAX_NESTING {
-                    return Some(at);
+                    return Scan { too_deep: Some(at as u32), cuts: Vec::new() };
                 }
                 open.push(byte);
                 at += 1;
             }
             b')' | b']' => {
                 if open.last().is_some_and(|top| *top != b'{') {
-                    open.pop();
+                    whole &= open.pop() == Some(if byte == b')' { b'(' } else { b'[' });
+                } else {
+                    whole = false;
                 }
                 at += 1;
             }
             b'}' => {
+                whole &= open.last() == Some(&b'{');
                 while let Some(top) = open.pop() {
                     if top == b'{' {
                         break;
                     }
                 }
                 at += 1;
+                if open.is_empty() && at - cuts.last().map_or(0, |cut| *cut as usize) >= PIECE {
+                    cuts.extend(cut_behind(bytes, at));
+                }
             }
             _ => at += 1,
         }
     }
-    None
+    if !whole || !open.is_empty() {
+        cuts.clear();
+    }
+    Scan { too_deep: None, cuts }
+}
+
+/// The line behind a `}` that closes a block of the file, where the `}` ends its line and a new item follows.
+fn cut_behind(bytes: &[u8], close: usize) -> Option<u32> {
+    let is_space = |byte: &u8| matches!(byte, b' ' | b'\t' | b'\r');
+    let line = close + bytes[close..].iter().position(|byte| !is_space(byte))?;
+    let mut at = line + 1;
+    if bytes[line] != b'\n' {
+        return None;
+    }
+    loop {
+        match &bytes[at..] {
+            [b' ' | b'\t'..=b'\r', ..] => at += 1,
+            [b'/', b'/', ..] => at = line_end(bytes, at),
+            [b'/', b'*', ..] => at = comment_end(bytes, at),
+            [byte, ..] if byte.is_ascii_alphabetic() => break,
+            _ => return None,
+        }
+    }
+    let word = bytes[at..].split(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_')).next()?;
+    // What may follow a `}` within an item.
+    let goes_on = [&b"else"[..], b"from", b"in", b"as", b"ease", b"like"].contains(&word);
+    (!goes_on).then_some(line as u32 + 1)
 }
 
 /// Behind the closing quote and true, or the line's end and false if there is none.
@@ -73,7 +126,27 @@ mod tests {
     use super::*;
 
     fn check(text: &str, expected: Option<usize>) {
-        assert_eq!(too_deep(text), expected, "{text}");
+        assert_eq!(scan(text).too_deep.map(|at| at as usize), expected, "{text}");
+    }
+
+    #[test]
+    fn cuts() {
+        let block = format!("a {{ {} }}", " ".repeat(PIECE));
+        let check = |between: &str, cut: Option<usize>| {
+            let text = format!("{block}{between}{block}");
+            let expected: Vec<u32> = cut.map(|cut| (block.len() + cut) as u32).into_iter().collect();
+            assert_eq!(scan(&text), Scan { too_deep: None, cuts: expected }, "{between:?}");
+        };
+        check("\n", Some(1));
+        check(" \t\r\n\n// }\n/* { */  ", Some(4));
+        check("", None);
+        check(" // end\n", None);
+        check("\nelse ", None);
+        check("\nelsewhere ", Some(1));
+        check("\n+ ", None);
+        for open in ["(", "]", "\"", "/*", "} ", "{ ", "{ ( } "] {
+            check(&format!("\nb: 1 {open}\n"), None);
+        }
     }
 
     #[test]

@@ -1,20 +1,25 @@
 //! A parsed text.
 
-use super::kind::{SyntaxKind, SyntaxNode};
-use super::parse::{Green, green};
-use super::{ast, errors, expr, lower, shift};
-use crate::diagnostic::Diagnostic;
-use crate::source::Source;
-use rowan::GreenNode;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, OnceLock};
 
-/// A text as a lossless tree, and the mistakes in it. May be sent between threads; [`Tree::root`] may not.
+use super::ast::{self, File};
+use super::parse::{Records, records};
+use super::part::Part;
+use super::scan::scan;
+use super::{errors, expr, lower, shift};
+use crate::diagnostic::Diagnostic;
+use crate::source::{Source, Span};
+
+/// A text as a lossless tree, and the mistakes in it. Cloning shares both.
 #[derive(Debug, Clone)]
 pub struct Tree {
     /// The text.
     pub source: Source,
-    green: GreenNode,
-    errors: Vec<Diagnostic>,
-    too_deep: bool,
+    file: Arc<File>,
+    errors: Arc<[Diagnostic]>,
+    /// The nodes and tokens; those of a large text are made when they are asked for.
+    records: OnceLock<Arc<Records>>,
 }
 
 /// Parses a file. Never fails: the leaves of the tree, joined, are the text.
@@ -22,38 +27,88 @@ pub struct Tree {
 /// ```
 /// use kinora_lang::source::{FileId, Source};
 /// let tree = kinora_lang::parse(&Source::new(FileId(0), "a.kin", "sphere ball { radius: 50cm"));
-/// assert_eq!(tree.root().text().to_string(), "sphere ball { radius: 50cm");
+/// assert_eq!(tree.root().text(), "sphere ball { radius: 50cm");
 /// assert_eq!(tree.errors()[0].message, "this `{` is never closed");
 /// ```
 pub fn parse(source: &Source) -> Tree {
-    Tree::new(source, false)
+    let scan = scan(&source.text);
+    if let Some(file) = in_pieces(source, &scan.cuts) {
+        return Tree { source: source.clone(), file: Arc::new(file), errors: Arc::default(), records: OnceLock::new() };
+    }
+    let records = whole(source, scan.too_deep, false);
+    let root = records.root(&source.text);
+    let found = errors::find(source, root, scan.too_deep, records.has_bad);
+    let file = match found.too_deep {
+        true => File { items: Vec::new(), span: root.span() },
+        false => lower::file(root),
+    };
+    let (file, errors) = (Arc::new(file), found.errors.into());
+    Tree { source: source.clone(), file, errors, records: OnceLock::from(Arc::new(records)) }
 }
 
 /// Parses a single value, as the one behind `-D name=`; returns it with the mistakes in it. Text behind the value is one.
 pub fn parse_value(source: &Source) -> (ast::Expr, Vec<Diagnostic>) {
-    let tree = Tree::new(source, true);
-    let root = tree.root();
-    let found = lower::parts(&root).find(|part| part.kind().is_value());
-    let value = match found {
-        Some(part) if !tree.too_deep => expr::value(&part),
-        _ => lower::missing_in(&root),
+    let too_deep = scan(&source.text).too_deep;
+    let records = whole(source, too_deep, true);
+    let root = records.root(&source.text);
+    let found = errors::find(source, root, too_deep, records.has_bad);
+    let value = match lower::parts(root).find(|part| part.kind().is_value()) {
+        Some(part) if !found.too_deep => expr::value(part),
+        _ => lower::missing_in(root),
     };
-    (value, tree.errors)
+    (value, found.errors)
+}
+
+fn whole(source: &Source, too_deep: Option<u32>, one_value: bool) -> Records {
+    records(&source.text, Span::new(0, source.len()), too_deep.unwrap_or(source.len()), one_value)
+}
+
+/// Parses a text in pieces, on all cores; nothing where a piece has a mistake, which is to be seen in the whole text.
+fn in_pieces(source: &Source, cuts: &[u32]) -> Option<File> {
+    if cuts.is_empty() {
+        return None;
+    }
+    let ends = cuts.iter().copied().chain([source.len()]);
+    let spans: Vec<Span> = std::iter::once(0).chain(cuts.iter().copied()).zip(ends).map(|(start, end)| Span::new(start, end)).collect();
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let work = || {
+        let mut done = Vec::new();
+        while let Some(span) = spans.get(next.fetch_add(1, Relaxed)).filter(|_| !failed.load(Relaxed)) {
+            match piece(source, *span) {
+                Some(items) => done.push((span.start, items)),
+                None => failed.store(true, Relaxed),
+            }
+        }
+        done
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(spans.len());
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut done = work();
+        for other in others {
+            match other.join() {
+                Ok(more) => done.extend(more),
+                Err(_) => failed.store(true, Relaxed),
+            }
+        }
+        done
+    });
+    done.sort_unstable_by_key(|(start, _)| *start);
+    let items = done.into_iter().flat_map(|(_, items)| items).collect();
+    (!failed.into_inner()).then_some(File { items, span: Span::new(0, source.len()) })
+}
+
+fn piece(source: &Source, span: Span) -> Option<Vec<ast::Item>> {
+    let records = records(&source.text, span, span.end, false);
+    let root = records.root(&source.text);
+    let found = errors::find(source, root, None, records.has_bad);
+    (found.errors.is_empty() && !found.too_deep).then(|| lower::file(root).items)
 }
 
 impl Tree {
-    fn new(source: &Source, one_value: bool) -> Tree {
-        let Green { node, stopped, has_bad } = green(&source.text, one_value);
-        let mut tree = Tree { source: source.clone(), green: node, errors: Vec::new(), too_deep: false };
-        let found = errors::find(source, &tree.root(), stopped, has_bad);
-        tree.errors = found.errors;
-        tree.too_deep = found.too_deep;
-        tree
-    }
-
     /// The root node: every space and comment is in it.
-    pub fn root(&self) -> SyntaxNode {
-        SyntaxNode::new_root(self.green.clone())
+    pub fn root(&self) -> Part<'_> {
+        self.records.get_or_init(|| Arc::new(whole(&self.source, None, false))).root(&self.source.text)
     }
 
     /// The mistakes, in the order of the text, at most one a line.
@@ -62,19 +117,15 @@ impl Tree {
     }
 
     /// The file as the evaluator reads it. Expressions beyond [`ast::MAX_DEPTH`] are reported, and the file is then empty.
-    pub fn file(&self) -> ast::File {
-        let root = self.root();
-        match self.too_deep || root.kind() != SyntaxKind::File {
-            true => ast::File { items: Vec::new(), span: lower::node_span(&root) },
-            false => lower::file(&root),
-        }
+    pub fn file(&self) -> &Arc<File> {
+        &self.file
     }
 
     /// The file with all its places moved by `base`: to where its text lies in [`Texts`](crate::source::Texts).
-    pub fn file_at(&self, base: u32) -> ast::File {
-        let mut file = self.file();
+    pub fn file_at(&self, base: u32) -> Arc<File> {
+        let mut file = self.file.clone();
         if base > 0 {
-            shift::file(&mut file, base);
+            shift::file(Arc::make_mut(&mut file), base);
         }
         file
     }

@@ -5,12 +5,12 @@ use crate::diagnostic::Applicability::Safe;
 
 impl Finder<'_> {
     /// `(1 2)`
-    pub(super) fn no_comma(&mut self, node: &SyntaxNode) {
-        let at = node_span(node).end;
+    pub(super) fn no_comma(&mut self, node: Part<'_>) {
+        let at = node.span().end;
         if let Some(bad) = self.bad_after(at) {
             return self.bad_with(bad, None);
         }
-        if node.parent().is_some_and(|bracket| is_unclosed(&bracket)) || self.is_lost(at) {
+        if node.parent().is_some_and(|bracket| is_unclosed(bracket)) || self.is_lost(at) {
             return;
         }
         let found = self.error("E0118", "expected `,` between values", self.gap(at), "no `,` here");
@@ -18,36 +18,35 @@ impl Finder<'_> {
     }
 
     /// Whether unread text is in a list that was meant to end on a line before it.
-    pub(super) fn runs_on(&self, token: &SyntaxToken) -> bool {
+    pub(super) fn runs_on(&self, token: Part<'_>) -> bool {
         if token.kind() != SyntaxKind::BadElem || super::bad::open_quote(token.text()).is_some() {
             return false;
         }
-        let Some(bracket) = token.parent().filter(is_unclosed) else { return false };
-        let first_line = self.source.line_index(node_span(&bracket).start);
-        self.source.line_index(token_span(token).start) > first_line
+        let Some(bracket) = token.parent().filter(|bracket| is_unclosed(*bracket)) else { return false };
+        let first_line = self.source.line_index(bracket.span().start);
+        self.source.line_index(token.span().start) > first_line
     }
 
     /// `radius: 1 position: 2` on one line
-    pub(super) fn separators(&mut self, block: &SyntaxNode) {
+    pub(super) fn separators(&mut self, block: Part<'_>) {
         let mut previous: Option<(SyntaxKind, u32)> = None;
-        for part in block.children_with_tokens() {
-            let here = span(&part);
-            match part {
-                NodeOrToken::Token(token) => match token.kind() {
-                    SyntaxKind::Whitespace | SyntaxKind::BlockComment if !token.text().contains('\n') => {}
-                    _ => previous = None,
-                },
-                NodeOrToken::Node(node) => {
-                    if let Some((kind, end)) = previous {
-                        self.no_separator(kind, node.kind(), end);
+        for part in block.parts() {
+            let here = part.span();
+            match part.kind() {
+                SyntaxKind::Whitespace | SyntaxKind::BlockComment if !part.text().contains('\n') => {}
+                kind if kind.is_node() => {
+                    if let Some((first, end)) = previous {
+                        self.no_separator(first, kind, end);
                     }
-                    let needs_end = node.kind().is_item()
-                        && node.last_token().is_some_and(|last| {
-                            // Behind a brace it is plain where an item ends, unless the brace belongs to a value.
-                            last.kind() != SyntaxKind::CloseBrace || node.kind() == SyntaxKind::Property
-                        });
-                    previous = needs_end.then_some((node.kind(), here.end));
+                    // Behind a brace it is plain where an item ends, unless the brace belongs to a value.
+                    let needs_end = match part.last_token().map(Part::kind) {
+                        Some(SyntaxKind::CloseBrace) => kind == SyntaxKind::Property,
+                        Some(_) => kind.is_item(),
+                        None => false,
+                    };
+                    previous = needs_end.then_some((kind, here.end));
                 }
+                _ => previous = None,
             }
         }
     }
@@ -67,8 +66,8 @@ impl Finder<'_> {
     }
 
     /// A block that belongs to nothing, unless what is before it on its line is reported already.
-    pub(super) fn orphan(&mut self, block: &SyntaxNode) {
-        let is_item = |parent: SyntaxNode| {
+    pub(super) fn orphan(&mut self, block: Part<'_>) {
+        let is_item = |parent: Part<'_>| {
             use SyntaxKind::*;
             matches!(parent.kind(), File | Block | Arm | KeyBlock)
         };
@@ -80,15 +79,15 @@ impl Finder<'_> {
             if part.kind().is_error() {
                 return;
             }
-            at = part.into_node().and_then(|node| node.last_child_or_token());
+            at = part.last_part();
         }
-        let start = node_span(block).start;
+        let start = block.span().start;
         let found =
             self.error("E0127", "this block belongs to nothing", Span::new(start, start + 1), "no kind before it");
         self.push(found.help("write what it is before it: `sphere ball { ... }`"));
     }
 }
 
-fn is_unclosed(bracket: &SyntaxNode) -> bool {
-    bracket.last_child_or_token().is_some_and(|last| last.kind() == SyntaxKind::Unclosed)
+fn is_unclosed(bracket: Part<'_>) -> bool {
+    bracket.last_part().is_some_and(|last| last.kind() == SyntaxKind::Unclosed)
 }

@@ -14,33 +14,33 @@ pub(super) fn brackets_in(text: &str, start: u32) -> impl Iterator<Item = (u32, 
 }
 
 impl Finder<'_> {
-    pub(super) fn unclosed(&mut self, node: &SyntaxNode) {
-        let at = node_span(node).end;
+    pub(super) fn unclosed(&mut self, node: Part<'_>) {
+        let at = node.span().end;
         let (false, Some(bracket)) = (self.is_lost(at), node.parent()) else { return };
-        let open = bracket.children_with_tokens().filter(|part| {
+        let open = bracket.parts().filter(|part| {
             matches!(part.kind(), SyntaxKind::OpenBrace | SyntaxKind::OpenParen | SyntaxKind::OpenBracket)
         });
-        let Some(open) = open.map(|part| span(&part)).next() else { return };
+        let Some(open) = open.map(Part::span).next() else { return };
         let close = match self.text(open) {
             "{" => '}',
             "[" => ']',
             _ => ')',
         };
-        let inside = node_span(&bracket);
+        let inside = bracket.span();
         let first = self.swallowed.partition_point(|(at, _)| *at < inside.start);
         let mut swallowed = self.swallowed.iter().skip(first).take_while(|(at, _)| *at < inside.end);
         if swallowed.any(|(_, sign)| *sign == close) {
             return;
         }
         match self.text(open) {
-            "{" if bracket.kind() == SyntaxKind::Names => self.unclosed_bracket("E0101", "{", "}", open, &bracket),
-            "{" => self.unclosed_brace(&bracket),
-            "[" => self.unclosed_bracket("E0104", "[", "]", open, &bracket),
-            _ => self.unclosed_bracket("E0103", "(", ")", open, &bracket),
+            "{" if bracket.kind() == SyntaxKind::Names => self.unclosed_bracket("E0101", "{", "}", open, bracket),
+            "{" => self.unclosed_brace(bracket),
+            "[" => self.unclosed_bracket("E0104", "[", "]", open, bracket),
+            _ => self.unclosed_bracket("E0103", "(", ")", open, bracket),
         }
     }
 
-    fn unclosed_bracket(&mut self, code: &'static str, sign: &str, close: &str, open: Span, bracket: &SyntaxNode) {
+    fn unclosed_bracket(&mut self, code: &'static str, sign: &str, close: &str, open: Span, bracket: Part<'_>) {
         let mut last = open;
         for part in parts(bracket) {
             // What follows a missing comma does not belong to the bracket any more.
@@ -49,7 +49,7 @@ impl Finder<'_> {
             }
             // The comma before it stays outside: `(1, 2,` closes behind the `2`.
             if part.kind() != SyntaxKind::Comma {
-                last = span(&part);
+                last = part.span();
             }
         }
         let message = format!("this `{sign}` is never closed");
@@ -69,14 +69,14 @@ impl Finder<'_> {
         self.push(found.fix(Safe, help, self.file(), Span::at(last.end), insert));
     }
 
-    fn unclosed_brace(&mut self, block: &SyntaxNode) {
-        let suspect = block.descendants().find(|inner| self.closes_askew(inner));
-        let block = suspect.as_ref().unwrap_or(block);
+    fn unclosed_brace(&mut self, block: Part<'_>) {
+        let suspect = block.all().find(|inner| self.closes_askew(*inner));
+        let block = suspect.unwrap_or(block);
         let Some(open) = brace(block, SyntaxKind::OpenBrace) else { return };
         let mut found = self.error("E0101", "this `{` is never closed", open, "opened here");
         let line = self.source.line_index(open.start);
         let indent = self.indent(line).unwrap_or_default();
-        let end = self.source.line_index(node_span(block).end);
+        let end = self.source.line_index(block.span().end);
         let mut inside = line;
         let mut outside = None;
         for next in line + 1..=end {
@@ -105,20 +105,19 @@ impl Finder<'_> {
         self.push(found);
     }
 
-    pub(super) fn stray_close(&mut self, token: &SyntaxToken) {
-        let start = token_span(token).start;
+    pub(super) fn stray_close(&mut self, token: Part<'_>) {
+        let start = token.span().start;
         if self.swallowed_brace.is_some_and(|at| at < start) {
             return;
         }
-        let mut found = self.error("E0102", "unmatched `}`", token_span(token), "closes nothing").help("remove it");
-        let mut at = token.prev_sibling_or_token();
+        let mut found = self.error("E0102", "unmatched `}`", token.span(), "closes nothing").help("remove it");
+        let mut at = token.previous();
         let mut steps = 0;
-        while let Some(element) = at.filter(|_| steps < STRAY_SEARCH) {
-            at = element.prev_sibling_or_token();
+        while let Some(part) = at.filter(|_| steps < STRAY_SEARCH) {
+            at = part.previous();
             steps += 1;
-            let NodeOrToken::Node(node) = element else { continue };
-            if let Some(early) = node.descendants().filter(|block| self.closes_askew(block)).last() {
-                if let Some(close) = brace(&early, SyntaxKind::CloseBrace) {
+            if let Some(early) = part.all().rfind(|block| self.closes_askew(*block)) {
+                if let Some(close) = brace(early, SyntaxKind::CloseBrace) {
                     found = found.label(self.file(), close, "by the indentation, this closes a block too early");
                 }
                 break;
@@ -128,7 +127,7 @@ impl Finder<'_> {
     }
 
     /// Whether a block's `}` starts a line at another column than the line of its `{`.
-    fn closes_askew(&self, block: &SyntaxNode) -> bool {
+    fn closes_askew(&self, block: Part<'_>) -> bool {
         let (Some(open), Some(close)) = (brace(block, SyntaxKind::OpenBrace), brace(block, SyntaxKind::CloseBrace))
         else {
             return false;
@@ -166,6 +165,6 @@ impl Finder<'_> {
     }
 }
 
-fn brace(block: &SyntaxNode, kind: SyntaxKind) -> Option<Span> {
-    block.children_with_tokens().find(|part| part.kind() == kind).map(|part| span(&part))
+fn brace(block: Part<'_>, kind: SyntaxKind) -> Option<Span> {
+    block.parts().find(|part| part.kind() == kind).map(Part::span)
 }

@@ -28,9 +28,14 @@ pub(super) fn open_comment(text: &str) -> Option<usize> {
 }
 
 /// Characters that are not seen, or that change what is seen, anywhere in the text.
-pub(super) fn control_characters(finder: &mut Finder<'_>) {
-    let source = finder.source;
-    for (at, character) in source.text.char_indices() {
+pub(super) fn control_characters(finder: &mut Finder<'_>, inside: Span) {
+    let text = finder.text(inside);
+    let plain = |byte: u8| matches!(byte, b'\t'..=b'\r' | b' '..=b'~');
+    if text.bytes().all(plain) {
+        return;
+    }
+    for (at, character) in text.char_indices() {
+        let at = inside.start as usize + at;
         let is_control = match character {
             '\t'..='\r' => false,
             '\0'..'\u{20}' | '\u{7F}'..'\u{A0}' => true,
@@ -53,9 +58,9 @@ fn is_bidi(character: char) -> bool {
 }
 
 impl Finder<'_> {
-    pub(super) fn block_comment(&mut self, token: &SyntaxToken) {
+    pub(super) fn block_comment(&mut self, token: Part<'_>) {
         if open_comment(token.text()).is_some() {
-            self.open_comment(token_span(token).start);
+            self.open_comment(token.span().start);
         }
     }
 
@@ -64,8 +69,8 @@ impl Finder<'_> {
         self.push_urgent(found.help("close it with `*/`").note("comments do not nest: the first `*/` ends one"));
     }
 
-    pub(super) fn string(&mut self, token: &SyntaxToken) {
-        let start = token_span(token).start;
+    pub(super) fn string(&mut self, token: Part<'_>) {
+        let start = token.span().start;
         for unknown in unescape(token.text()).unknown {
             let span = Span::new(start + unknown.start, start + unknown.end);
             let escape = self.text(span);
@@ -95,11 +100,11 @@ impl Finder<'_> {
         self.push_urgent(found);
     }
 
-    pub(super) fn color(&mut self, token: &SyntaxToken) {
+    pub(super) fn color(&mut self, token: Part<'_>) {
         let digits = token.text().len() - 1;
         if !matches!(digits, 3 | 6 | 8) {
             let label = if digits == 1 { "1 digit".to_string() } else { format!("{digits} digits") };
-            self.bad_color(token_span(token), label);
+            self.bad_color(token.span(), label);
         }
     }
 
@@ -109,8 +114,8 @@ impl Finder<'_> {
         self.push(found);
     }
 
-    pub(super) fn bad_unit(&mut self, token: &SyntaxToken) {
-        let span = token_span(token);
+    pub(super) fn bad_unit(&mut self, token: Part<'_>) {
+        let span = token.span();
         let found = self.error("E0305", format!("unknown unit `{}`", token.text()), span, "not a unit");
         let found = match units::suggest(token.text()) {
             Some(unit) => found.fix(Safe, format!("did you mean `{unit}`?"), self.file(), span, unit),

@@ -21,20 +21,20 @@ pub(super) struct Missing {
 }
 
 impl Finder<'_> {
-    pub(super) fn missing(&mut self, node: &SyntaxNode) {
-        let at = node_span(node).end;
+    pub(super) fn missing(&mut self, node: Part<'_>) {
+        let at = node.span().end;
         if self.is_lost(at) || self.missing_at.replace(at) == Some(at) {
             return;
         }
         let (Some(parent), before) = (node.parent(), before(node)) else { return };
         let bad = self.bad_after(at);
-        if self.let_without_equals(&parent, before.as_ref(), at, bad) || self.dash_behind_name(before.as_ref(), at) {
+        if self.let_without_equals(parent, before, at, bad) || self.dash_behind_name(before, at) {
             return;
         }
         if parent.kind() == SyntaxKind::EqProperty {
             self.merged.extend(bad.map(|bad| bad.span.start));
         }
-        let Some(expected) = self.expected(&parent, before.as_ref()) else { return };
+        let Some(expected) = self.expected(parent, before) else { return };
         let next = self.next_word(at);
         let wants_name = expected.label == A_NAME;
         if wants_name && is_keyword(self.text(next)) {
@@ -60,8 +60,8 @@ impl Finder<'_> {
     /// `let x: 3`, `let x 3`, `param x: float`
     fn let_without_equals(
         &mut self,
-        parent: &SyntaxNode,
-        before: Option<&SyntaxElement>,
+        parent: Part<'_>,
+        before: Option<Part<'_>>,
         at: u32,
         bad: Option<Bad>,
     ) -> bool {
@@ -73,12 +73,12 @@ impl Finder<'_> {
         let Some(before) = before else { return false };
         let rest = self.text(Span::new(at, self.source.line_span(self.source.line_index(at)).end)).trim_start();
         let message = format!("`{word}` needs `=`");
-        let name = parts(parent).nth(1).map_or(String::new(), |name| self.text(span(&name)).to_string());
+        let name = parts(parent).nth(1).map_or(String::new(), |name| self.text(name.span()).to_string());
         let found =
             match before.kind() {
                 // A dash behind a name is a mistake of its own.
                 SyntaxKind::Colon if !rest.starts_with('=') => {
-                    let colon = span(before);
+                    let colon = before.span();
                     let value = bad.map_or("value".to_string(), |bad| excerpt(self.text(bad.span)));
                     let help = format!("write `{word} {name} = {value}`");
                     let name_end = colon.start - self.spaces_before(colon.start);
@@ -109,8 +109,8 @@ impl Finder<'_> {
     }
 
     /// `let my-ball = 1`: the parser saw the name `my` and then a mistake.
-    fn dash_behind_name(&mut self, before: Option<&SyntaxElement>, at: u32) -> bool {
-        let Some(name) = before.filter(|before| before.kind() == SyntaxKind::Ident).map(span) else { return false };
+    fn dash_behind_name(&mut self, before: Option<Part<'_>>, at: u32) -> bool {
+        let Some(name) = before.filter(|before| before.kind() == SyntaxKind::Ident).map(Part::span) else { return false };
         let rest = self.text(Span::new(at, self.source.line_span(self.source.line_index(at)).end));
         let length =
             rest.find(|next: char| !(unicode_ident::is_xid_continue(next) || next == '-')).unwrap_or(rest.len());
@@ -124,13 +124,13 @@ impl Finder<'_> {
         true
     }
 
-    fn expected(&self, parent: &SyntaxNode, before: Option<&SyntaxElement>) -> Option<Expected> {
+    fn expected(&self, parent: Part<'_>, before: Option<Part<'_>>) -> Option<Expected> {
         use SyntaxKind::*;
         let none = std::string::String::new;
         let value = |message: std::string::String| ("E0108", message, "expected a value", none());
         let token = |message: &str, label, help: &str| ("E0126", message.to_string(), label, help.to_string());
         let last = before.map(|part| part.kind());
-        let word = before.map_or("", |part| self.text(span(part)));
+        let word = before.map_or("", |part| self.text(part.span()));
         let after_word = || format!("missing value after `{word}`");
         let a_name = || token(&format!("expected a name after `{word}`"), A_NAME, "");
         let a_type = || {
@@ -143,7 +143,7 @@ impl Finder<'_> {
         let (code, message, label, help) = match (parent.kind(), last) {
             (EqProperty, _) => return None,
             (Property | NamedArg, _) => {
-                let key = parts(parent).next().map_or("", |key| self.text(span(&key)));
+                let key = parts(parent).next().map_or("", |key| self.text(key.span()));
                 let help = match key {
                     "material" => "expected a material name or a `diffuse { }` block",
                     _ => "write a value behind the colon",

@@ -13,12 +13,12 @@ mod units;
 
 use super::ast::MAX_DEPTH;
 use super::expr::depth_cost;
-use super::kind::{SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken};
-use super::lower::{node_span, parts, span, token_span};
+use super::kind::SyntaxKind;
+use super::lower::parts;
+use super::part::Part;
 use super::scan::MAX_NESTING;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Source, Span};
-use rowan::{NodeOrToken, WalkEvent};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What [`find`] finds.
@@ -30,31 +30,32 @@ pub(super) struct Found {
 
 /// All mistakes of a tree, in the order of the text. `stopped` is where parsing had to stop, if it had; `has_bad` is
 /// whether some text could not be read.
-pub(super) fn find(source: &Source, root: &SyntaxNode, stopped: Option<u32>, has_bad: bool) -> Found {
+pub(super) fn find(source: &Source, root: Part<'_>, stopped: Option<u32>, has_bad: bool) -> Found {
     let mut finder = Finder::new(source, root, stopped, has_bad);
     if let Some(offset) = stopped {
         finder.nested(Span::new(offset, offset + 1), MAX_NESTING as u32);
     }
-    leaves::control_characters(&mut finder);
+    leaves::control_characters(&mut finder, root.span());
     let mut depth = 0u32;
-    let mut costs = Vec::new();
+    // The nodes that are open, and what each costs.
+    let mut open: Vec<(u32, Part<'_>)> = Vec::new();
     let mut too_deep = false;
-    for event in root.preorder_with_tokens() {
-        match event {
-            WalkEvent::Enter(NodeOrToken::Node(node)) => {
-                let cost = depth_cost(&node);
-                costs.push(cost);
-                depth = depth.saturating_add(cost);
-                if depth > MAX_DEPTH && !too_deep {
-                    too_deep = true;
-                    finder.nested(node_span(&node), MAX_DEPTH);
-                }
-                finder.node(&node);
-            }
-            WalkEvent::Enter(NodeOrToken::Token(token)) => finder.token(&token),
-            WalkEvent::Leave(NodeOrToken::Node(_)) => depth = depth.saturating_sub(costs.pop().unwrap_or_default()),
-            WalkEvent::Leave(NodeOrToken::Token(_)) => {}
+    for part in root.all() {
+        if !part.kind().is_node() {
+            finder.token(part);
+            continue;
         }
+        while let Some((cost, _)) = open.pop_if(|(_, node)| !node.holds(part)) {
+            depth = depth.saturating_sub(cost);
+        }
+        let cost = depth_cost(part);
+        open.push((cost, part));
+        depth = depth.saturating_add(cost);
+        if depth > MAX_DEPTH && !too_deep {
+            too_deep = true;
+            finder.nested(part.span(), MAX_DEPTH);
+        }
+        finder.node(part);
     }
     Found { errors: finder.finish(), too_deep }
 }
@@ -88,13 +89,12 @@ struct Bad {
 }
 
 impl<'a> Finder<'a> {
-    fn new(source: &'a Source, root: &SyntaxNode, stopped: Option<u32>, has_bad: bool) -> Finder<'a> {
+    fn new(source: &'a Source, root: Part<'_>, stopped: Option<u32>, has_bad: bool) -> Finder<'a> {
         let mut bad = BTreeMap::new();
         let mut lost = stopped;
         let mut swallowed = Vec::new();
-        let tokens = root.descendants_with_tokens().filter_map(|part| part.into_token());
-        for token in tokens.take_while(|_| has_bad) {
-            let span = token_span(&token);
+        for token in root.tokens().take_while(|_| has_bad) {
+            let span = token.span();
             match token.kind() {
                 SyntaxKind::BadItem | SyntaxKind::BadElem => {
                     bad.insert(span.start, Bad { span, is_elem: token.kind() == SyntaxKind::BadElem });
@@ -170,21 +170,21 @@ impl<'a> Finder<'a> {
         self.found.into_iter().map(|(_, found)| found).collect()
     }
 
-    fn token(&mut self, token: &SyntaxToken) {
+    fn token(&mut self, token: Part<'_>) {
         if token.kind().is_error() {
-            self.first_error = self.first_error.or(Some(token_span(token)));
+            self.first_error = self.first_error.or(Some(token.span()));
         }
         match token.kind() {
             SyntaxKind::BlockComment => self.block_comment(token),
             SyntaxKind::String => self.string(token),
             SyntaxKind::Color => self.color(token),
             SyntaxKind::BadUnit => self.bad_unit(token),
-            SyntaxKind::BadString => self.bad_string(token_span(token)),
-            SyntaxKind::BadName => self.keyword_as_name(token_span(token)),
-            SyntaxKind::ExtraComma => self.extra_comma(token_span(token)),
+            SyntaxKind::BadString => self.bad_string(token.span()),
+            SyntaxKind::BadName => self.keyword_as_name(token.span()),
+            SyntaxKind::ExtraComma => self.extra_comma(token.span()),
             SyntaxKind::StrayClose => self.stray_close(token),
             SyntaxKind::BadItem | SyntaxKind::BadElem => {
-                let span = token_span(token);
+                let span = token.span();
                 if let Some(at) = leaves::open_comment(token.text()) {
                     self.open_comment(span.start + at as u32);
                 }
@@ -196,9 +196,9 @@ impl<'a> Finder<'a> {
         }
     }
 
-    fn node(&mut self, node: &SyntaxNode) {
+    fn node(&mut self, node: Part<'_>) {
         if node.kind().is_error() {
-            self.first_error = self.first_error.or(Some(node_span(node)));
+            self.first_error = self.first_error.or(Some(node.span()));
         }
         match node.kind() {
             SyntaxKind::Missing => self.missing(node),
@@ -235,16 +235,9 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// The nearest element before this node that means something.
-fn before(node: &SyntaxNode) -> Option<SyntaxElement> {
-    let mut at = node.prev_sibling_or_token();
-    while let Some(element) = at {
-        if !element.kind().is_trivia() {
-            return Some(element);
-        }
-        at = element.prev_sibling_or_token();
-    }
-    None
+/// The nearest part before this one that means something.
+fn before(part: Part<'_>) -> Option<Part<'_>> {
+    std::iter::successors(part.previous(), |part| part.previous()).find(|part| !part.kind().is_trivia())
 }
 
 /// A piece of the text for a message: one line, cut where it is long.

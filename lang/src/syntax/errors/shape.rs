@@ -7,17 +7,17 @@ use crate::syntax::expr::{COMPARISON, RANGE, binary_op, level};
 
 impl Finder<'_> {
     /// `radius = 0.5`
-    pub(super) fn eq_property(&mut self, node: &SyntaxNode) {
+    pub(super) fn eq_property(&mut self, node: Part<'_>) {
         let mut rest = parts(node);
         let (Some(key), Some(equals)) = (rest.next(), rest.next()) else { return };
-        let sign = span(&equals);
+        let sign = equals.span();
         let has_value = parts(node).nth(2).is_some_and(|value| value.kind() != SyntaxKind::Missing);
         let mut found =
             self.error("E0106", "properties use `:`, not `=`", sign, "use `:`").note("`=` is for `let`").fix(
                 if has_value { Safe } else { Maybe },
                 "use `:`",
                 self.file(),
-                Span::new(span(&key).end, sign.end),
+                Span::new(key.span().end, sign.end),
                 ":",
             );
         if node.parent().is_some_and(|parent| parent.kind() == SyntaxKind::File) {
@@ -27,11 +27,11 @@ impl Finder<'_> {
     }
 
     /// `a < b < c`, `0..1..2`
-    pub(super) fn chain(&mut self, node: &SyntaxNode) {
+    pub(super) fn chain(&mut self, node: Part<'_>) {
         let mut range: Option<Span> = None;
         let mut comparison: Option<Span> = None;
         for part in parts(node).filter(|part| part.kind() == SyntaxKind::Op) {
-            let here = span(&part);
+            let here = part.span();
             let level = level(binary_op(self.text(here)));
             if level < COMPARISON {
                 comparison = None;
@@ -60,15 +60,15 @@ impl Finder<'_> {
     }
 
     /// `f(a: 1, 2)`
-    pub(super) fn argument_order(&mut self, node: &SyntaxNode) {
+    pub(super) fn argument_order(&mut self, node: Part<'_>) {
         let mut named: Option<Span> = None;
         for part in parts(node) {
             match part.kind() {
-                SyntaxKind::NamedArg => named = named.or(Some(span(&part))),
+                SyntaxKind::NamedArg => named = named.or(Some(part.span())),
                 kind if kind.is_value() && kind != SyntaxKind::Missing => {
                     if let Some(first) = named {
                         let found = self
-                            .error("E0128", "plain values come before named ones", span(&part), "has no name")
+                            .error("E0128", "plain values come before named ones", part.span(), "has no name")
                             .label(self.file(), first, "first value with a name");
                         return self.push(found.help("move it to the front, or give it a name"));
                     }
@@ -79,30 +79,30 @@ impl Finder<'_> {
     }
 
     /// `list<float`, `list<float>>`
-    pub(super) fn angles(&mut self, node: &SyntaxNode) {
+    pub(super) fn angles(&mut self, node: Part<'_>) {
         let mut open: Vec<Span> = Vec::new();
         for part in parts(node) {
             match part.kind() {
-                SyntaxKind::Less => open.push(span(&part)),
+                SyntaxKind::Less => open.push(part.span()),
                 SyntaxKind::Greater if open.pop().is_none() => {
-                    let found = self.error("E0126", "unmatched `>`", span(&part), "closes nothing").help("remove it");
+                    let found = self.error("E0126", "unmatched `>`", part.span(), "closes nothing").help("remove it");
                     return self.push(found);
                 }
                 _ => {}
             }
         }
         if let Some(last) = open.pop() {
-            let end = Span::at(node_span(node).end);
+            let end = Span::at(node.span().end);
             let found = self.error("E0126", "this `<` is never closed", last, "no `>` follows");
             self.push(found.fix(Safe, "add `>`", self.file(), end, ">".repeat(open.len() + 1)));
         }
     }
 
     /// `1.` and what follows it
-    pub(super) fn number_point(&mut self, node: &SyntaxNode) {
+    pub(super) fn number_point(&mut self, node: Part<'_>) {
         let Some(number) = before(node).filter(|base| base.kind() == SyntaxKind::Number) else { return };
-        let number = span(&number);
-        let point = Span::new(number.start, node_span(node).start + 1);
+        let number = number.span();
+        let point = Span::new(number.start, node.span().start + 1);
         let text = self.text(number);
         let digits = text.trim_end_matches(|character: char| character.is_alphabetic() || character == '%');
         let written = match digits == text && !text.contains('.') {
@@ -114,27 +114,27 @@ impl Finder<'_> {
             .fix(Safe, format!("write `{written}`"), self.file(), point, written);
         self.push(found);
         // `1.` swallows the name on the next line, whose `:` then stands alone.
-        if let Some(rest) = self.bad_after(node_span(node).end) {
+        if let Some(rest) = self.bad_after(node.span().end) {
             self.merged.insert(rest.span.start);
         }
     }
 
     /// `[for i in a: b, c]`
-    pub(super) fn comprehension(&mut self, node: &SyntaxNode) {
-        if !node.children().any(|child| child.kind() == SyntaxKind::Comp) {
+    pub(super) fn comprehension(&mut self, node: Part<'_>) {
+        if !node.nodes().any(|child| child.kind() == SyntaxKind::Comp) {
             return;
         }
         if let Some(second) = parts(node).find(|part| part.kind().is_value()) {
-            let found = self.error("E0127", "a list with `for` holds nothing else", span(&second), "second value");
+            let found = self.error("E0127", "a list with `for` holds nothing else", second.span(), "second value");
             self.push(found.help("close the list before it"));
         }
     }
 
     /// `elseif x { }` reads as a node of the kind `elseif`.
-    pub(super) fn else_if(&mut self, node: &SyntaxNode) {
+    pub(super) fn else_if(&mut self, node: Part<'_>) {
         let Some(first) = parts(node).next() else { return };
-        if is_else_if(self.text(span(&first))) {
-            self.write_else_if(span(&first));
+        if is_else_if(self.text(first.span())) {
+            self.write_else_if(first.span());
         }
     }
 
@@ -150,14 +150,14 @@ impl Finder<'_> {
     }
 
     /// What stands behind the value of `-D name=value`.
-    pub(super) fn after_value(&mut self, node: &SyntaxNode) {
+    pub(super) fn after_value(&mut self, node: Part<'_>) {
         let mut rest = parts(node).skip_while(|part| !part.kind().is_value());
         let Some(value) = rest.next() else { return };
         if value.kind() == SyntaxKind::Missing {
             return;
         }
         if let Some(next) = rest.next() {
-            let place = Span::new(span(&next).start, self.source.len());
+            let place = Span::new(next.span().start, self.source.len());
             let label = "one value is expected";
             let found = self.error(
                 "E0127",
