@@ -241,6 +241,25 @@ pub fn unit(text: &str) -> Option<(f64, Dimension)> {
     }
 }
 
+/// How often `f` stands in a unit: 1 in `24f`, -1 in `m/f`.
+pub fn frames(unit: &str) -> i32 {
+    let mut total = 0;
+    let mut sign = 1;
+    let mut rest = unit;
+    loop {
+        let end = rest.find(['*', '/']).unwrap_or(rest.len());
+        let (word, exponent) = rest[..end].split_once('^').unwrap_or((&rest[..end], "1"));
+        if word == "f" {
+            total += sign * exponent.parse::<i32>().unwrap_or(1);
+        }
+        match rest.as_bytes().get(end) {
+            None => return total,
+            Some(operator) => sign = if *operator == b'/' { -1 } else { 1 },
+        }
+        rest = &rest[end + 1..];
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -124,7 +124,8 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
         return Vec::new();
     }
     let lower = name.to_lowercase();
-    let length = name.chars().count();
+    let (length, lower_length) = (name.chars().count(), lower.chars().count());
+    let most = (length / 3).max(1);
     let words = sorted_words(&lower);
     let mut found: Vec<(usize, &str)> = Vec::new();
     for known in known {
@@ -132,9 +133,13 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
             continue;
         }
         let candidate = known.to_lowercase();
-        let distance = damerau_levenshtein(&lower, &candidate);
+        // As many letters more or less are as many mistakes.
+        let distance = match candidate.chars().count().abs_diff(lower_length) > most {
+            true => usize::MAX,
+            false => damerau_levenshtein(&lower, &candidate),
+        };
         // A name of one or two letters is one letter away from every other: nothing can be guessed from that.
-        let near = length > 2 && distance <= (length / 3).max(1) && distance < known.chars().count();
+        let near = length > 2 && distance <= most && distance < known.chars().count();
         let rank = if candidate == lower {
             0
         } else if words.len() > 1 && sorted_words(&candidate) == words {

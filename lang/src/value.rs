@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use kinora_scene::Ease;
+use smallvec::SmallVec;
 
 use crate::builtin::texture::Texture;
 use crate::dimension::{self, Dimension};
@@ -74,6 +75,9 @@ pub enum Value {
     Keys(Arc<Vec<KeyItem>>),
 }
 
+/// The components of a vector.
+pub type Numbers = SmallVec<[Number; 4]>;
+
 /// One evaluated keyframe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyItem {
@@ -144,7 +148,7 @@ impl Value {
     }
 
     /// The numbers of a vector.
-    pub fn numbers(&self) -> Option<Vec<Number>> {
+    pub fn numbers(&self) -> Option<Numbers> {
         match self {
             Value::Tuple(items) => items
                 .iter()

@@ -62,7 +62,7 @@ fn shape(expr: &ast::Expr) -> String {
     use ast::ExprKind::*;
     match &expr.kind {
         Missing => "?".to_string(),
-        Number(number) => format!("{}{}", number.value, number.unit.as_ref().map_or("", |unit| &unit.text)),
+        Number(number) => format!("{}{}", number.value, number.unit.as_ref().map_or("", |unit| &unit.name.text)),
         Path(path) => path.segments.iter().map(|name| &*name.text).collect::<Vec<_>>().join("."),
         Tuple(values) => format!("tuple({})", values.iter().map(shape).collect::<Vec<_>>().join(", ")),
         List(values) => format!("[{}]", values.iter().map(shape).collect::<Vec<_>>().join(", ")),

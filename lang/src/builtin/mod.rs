@@ -14,6 +14,11 @@ pub use color::srgb_to_linear;
 pub use table::BUILTINS;
 pub use turn::{quaternion, turn_after, turned};
 
+use std::sync::LazyLock;
+
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::eval::graph::{Graph, Scalar};
@@ -68,7 +73,9 @@ impl Builtin {
 
 /// The function of that name.
 pub fn find(name: &str) -> Option<&'static Builtin> {
-    BUILTINS.iter().find(|function| function.name == name)
+    static TABLE: LazyLock<FxHashMap<&str, &Builtin>> =
+        LazyLock::new(|| BUILTINS.iter().map(|function| (function.name, function)).collect());
+    TABLE.get(name).copied()
 }
 
 /// A call in progress: arguments, and what is wrong with them.
@@ -78,19 +85,25 @@ pub struct Call<'c> {
     /// What was found.
     pub problems: Vec<Diagnostic>,
     function: &'static Builtin,
-    given: Vec<(Option<Value>, Span)>,
-    rest: Vec<(Value, Span)>,
+    given: Given,
+    rest: More,
     file: FileId,
     span: Span,
 }
+
+/// The arguments of a call by parameter, with their places.
+pub type Given = SmallVec<[(Option<Value>, Span); 4]>;
+
+/// What is given beyond the parameters.
+pub type More = SmallVec<[(Value, Span); 2]>;
 
 impl<'c> Call<'c> {
     /// A call of `function`: one entry of `given` a parameter, `rest` beyond them.
     pub fn new(
         graph: &'c mut Graph,
         function: &'static Builtin,
-        given: Vec<(Option<Value>, Span)>,
-        rest: Vec<(Value, Span)>,
+        given: Given,
+        rest: More,
         file: FileId,
         span: Span,
     ) -> Call<'c> {

@@ -4,6 +4,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use kinora_scene::{Binary, Keys, Unary};
+use smallvec::SmallVec;
 
 use crate::builtin::{self, Call};
 use crate::diagnostic::Diagnostic;
@@ -93,12 +94,11 @@ impl<'a> Machine<'a> {
                 _ => Value::number(number.value),
             };
         };
-        let Some((factor, of)) = dimension::unit(&unit.text) else { return Value::Error };
+        let Some((factor, of)) = unit.si else { return Value::Error };
         let mut value = number.value * factor;
-        let frames = frame_exponent(&unit.text);
-        if frames != 0 {
+        if unit.frames != 0 {
             match self.frames_per_second() {
-                Some(fps) => value *= fps.powi(-frames),
+                Some(fps) => value *= fps.powi(-unit.frames),
                 None => {
                     let diagnostic = Diagnostic::new("E0610", "frame times need `render { fps }`")
                         .primary(self.file(), span, "how long is a frame?")
@@ -141,9 +141,9 @@ impl<'a> Machine<'a> {
 
     /// The value of a `let`.
     pub fn force_let(&mut self, cell: &LetCell<'a>, scope: &Env<'a>) -> Value {
-        let state = cell.state.borrow().clone();
         let span = cell.name.map_or(cell.value.span, |name| name.span);
-        let text = cell.name.map_or("", |name| &name.text);
+        let text = cell.name.map_or("", |name| &*name.text);
+        let state = cell.state.borrow().clone();
         match state {
             LetState::Done(value) => value,
             LetState::Running => {
@@ -152,7 +152,7 @@ impl<'a> Machine<'a> {
             }
             LetState::Waiting => {
                 *cell.state.borrow_mut() = LetState::Running;
-                self.pending.push((text.into(), span));
+                self.pending.push((text, span));
                 let mut value = self.expr(cell.value, scope, &[]);
                 if let Some(ty) = cell.ty {
                     value = self.convert(value, ty, cell.value.span);
@@ -167,7 +167,7 @@ impl<'a> Machine<'a> {
     /// Reports that what is declared at `span` depends on itself.
     pub fn cycle(&mut self, name: &str, span: Span) {
         let start = self.pending.iter().rposition(|(_, place)| *place == span).unwrap_or(0);
-        let ring: Vec<(String, Span)> = self.pending.iter().skip(start).cloned().collect();
+        let ring: Vec<(&str, Span)> = self.pending.iter().skip(start).copied().collect();
         let mut diagnostic = Diagnostic::new("E0213", format!("`{name}` depends on itself")).primary(
             self.file(),
             span,
@@ -184,19 +184,18 @@ impl<'a> Machine<'a> {
     }
 
     fn tuple(&mut self, items: &'a [Expr], env: &Env<'a>) -> Value {
-        let values: Vec<Value> = items.iter().map(|item| self.plain(item, env)).collect();
+        let values: Arc<[Value]> = items.iter().map(|item| self.plain(item, env)).collect();
         if values.iter().any(Value::is_error) {
             return Value::Error;
         }
-        let value = Value::Tuple(values.into());
+        let value = Value::Tuple(values);
         if !self.fits(&value, items.first().map_or(Span::at(0), |item| item.span)) {
             return Value::Error;
         }
         if let Some(numbers) = value.numbers() {
-            let measured = |number: &&Number| !number.dimension.is_none();
-            let mut dimensions: Vec<Dimension> = numbers.iter().filter(measured).map(|n| n.dimension).collect();
-            dimensions.dedup();
-            if dimensions.len() > 1 {
+            let mut measured = numbers.iter().map(|number| number.dimension).filter(|of| !of.is_none());
+            let first = measured.next();
+            if measured.any(|of| Some(of) != first) {
                 let mut diagnostic = Diagnostic::new("E0307", "components have different dimensions");
                 for (i, (item, number)) in items.iter().zip(&numbers).enumerate() {
                     let text = number.dimension.with_article();
@@ -521,9 +520,9 @@ impl<'a> Machine<'a> {
         }
         let [name] = path.segments.as_slice() else { return Value::Error };
         let Some(function) = builtin::find(&name.text) else { return Value::Error };
-        let mut given: Vec<(Option<Value>, Span)> = vec![(None, span); function.params.len()];
-        let mut written: Vec<Option<&'a Expr>> = vec![None; function.params.len()];
-        let mut more = Vec::new();
+        let mut given: builtin::Given = function.params.iter().map(|_| (None, span)).collect();
+        let mut written: SmallVec<[Option<&'a Expr>; 4]> = function.params.iter().map(|_| None).collect();
+        let mut more = builtin::More::new();
         for (i, arg) in args.iter().enumerate() {
             let at = match &arg.name {
                 Some(name) => function.params.iter().position(|param| param.name == &*name.text),
@@ -543,7 +542,7 @@ impl<'a> Machine<'a> {
         }
         if function.name == schema::MIX.name
             && let [(Some(a), _), (Some(b), _), (Some(amount), _)] = given.as_slice()
-            && let [Some(at_a), Some(at_b), Some(at_amount)] = *written
+            && let [Some(at_a), Some(at_b), Some(at_amount)] = *written.as_slice()
             && (matches!(a, Value::Node(_)) || matches!(b, Value::Node(_)))
         {
             return self.mix([(a.clone(), at_a), (b.clone(), at_b), (amount.clone(), at_amount)], span, env);
@@ -642,7 +641,7 @@ impl<'a> Machine<'a> {
         given: Vec<Option<(Value, Span)>>,
         scope: &Env<'a>,
     ) -> Option<(Env<'a>, Vec<(String, Value)>)> {
-        let inner = Scope::inside(scope);
+        let inner = Scope::of_turn(scope);
         let mut values = Vec::new();
         for (formal, given) in formals.iter().zip(given) {
             let (value, span) = match (given, &formal.default) {
@@ -1120,25 +1119,6 @@ pub fn same_type(a: &Value, b: &Value) -> bool {
         (Value::Keys(x), _) => x.first().is_some_and(|key| same_type(&key.value, b)),
         (_, Value::Keys(y)) => y.first().is_some_and(|key| same_type(a, &key.value)),
         _ => std::mem::discriminant(a) == std::mem::discriminant(b),
-    }
-}
-
-/// How often `f` stands in a unit: 1 in `24f`, -1 in `m/f`.
-fn frame_exponent(unit: &str) -> i32 {
-    let mut total = 0;
-    let mut sign = 1;
-    let mut rest = unit;
-    loop {
-        let end = rest.find(['*', '/']).unwrap_or(rest.len());
-        let (word, exponent) = rest[..end].split_once('^').unwrap_or((&rest[..end], "1"));
-        if word == "f" {
-            total += sign * exponent.parse::<i32>().unwrap_or(1);
-        }
-        match rest.as_bytes().get(end) {
-            None => return total,
-            Some(operator) => sign = if *operator == b'/' { -1 } else { 1 },
-        }
-        rest = &rest[end + 1..];
     }
 }
 

@@ -269,7 +269,7 @@ impl<'a> Machine<'a> {
             if !self.step(1, head.span) {
                 return false;
             }
-            let scope = Scope::inside(env);
+            let scope = Scope::of_turn(env);
             let index = Value::Number(Number::int(i as f64));
             let values = match head.names.as_slice() {
                 [name] => vec![(name, item(i))],
@@ -360,31 +360,21 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// A node written as a value.
-    pub fn inline_node(&mut self, node: &'a ast::Node, env: &Env<'a>) -> Value {
-        match self.slot(node, env) {
-            Some(id) => {
-                self.force(id);
-                Value::Node(id)
-            }
-            None => Value::Error,
-        }
-    }
-
     /// The node's value; `None` while it is being evaluated, which is a cycle and reported.
     pub fn force(&mut self, id: NodeId) -> Option<Rc<NodeValue<'a>>> {
         let slot = self.nodes.get_mut(id.0 as usize)?;
         let (ast, span) = (slot.ast, slot.place());
-        let name = ast.name.as_ref().map_or_else(|| kind_text(ast), |name| name.text.to_string());
+        let name = |machine: &Self| ast.name.as_ref().map_or(machine.text(ast.kind.span), |name| &*name.text);
         match &slot.state {
             NodeState::Done(value) => Some(value.clone()),
             NodeState::Running => {
-                self.cycle(&name, span);
+                self.cycle(name(self), span);
                 None
             }
             NodeState::Waiting => {
                 slot.state = NodeState::Running;
                 let (scope, inner) = (slot.scope.clone(), slot.trace.clone());
+                let name = name(self);
                 let outer = std::mem::replace(&mut self.trace, inner);
                 self.pending.push((name, span));
                 let value = match self.enter(span) {
@@ -453,7 +443,8 @@ impl<'a> Machine<'a> {
     }
 
     fn schema_node(&mut self, ast: &'a ast::Node, kind: &'static Kind, env: &Env<'a>) -> NodeValue<'a> {
-        let (mut properties, mut children) = (Vec::new(), Vec::new());
+        let rows = ast.body.as_ref().map_or(0, |body| body.items.len());
+        let (mut properties, mut children) = (Vec::with_capacity(rows.min(kind.count())), Vec::new());
         if kind.since != Since::Now {
             self.later(&format!("`{}`", kind.name), ast.kind.span);
             return NodeValue { kind: NodeKind::Schema(kind), ..NodeValue::default() };
@@ -489,7 +480,7 @@ impl<'a> Machine<'a> {
         let value = self.expr(&property.value, env, words);
         let site = Site { property: row, kind, name: property.name.span, expr: &property.value };
         let data = self.fit(&value, &site);
-        if let Some(first) = owner.properties.iter().find(|set| set.property.name == row.name) {
+        if let Some(first) = owner.properties.iter().find(|set| std::ptr::eq(set.property, row)) {
             let first = first.name;
             let diagnostic = set_twice(row.name, self.file(), property.name.span, first);
             self.report(diagnostic);

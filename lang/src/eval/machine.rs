@@ -4,12 +4,14 @@ use std::collections::HashSet;
 use std::rc::Rc;
 
 use kinora_scene::Placement;
+use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Diagnostic, Label};
 use crate::eval::coerce::Data;
 use crate::eval::graph::Graph;
 use crate::eval::limits;
 use crate::eval::scope::Scope;
+use crate::eval::shared::Inline;
 use crate::library::is_path;
 use crate::schema::{Kind, Property};
 use crate::source::{FileId, Span, Texts};
@@ -32,7 +34,7 @@ pub struct Machine<'a> {
     /// The calls and loops that are running, innermost first.
     pub trace: Option<Rc<Trace>>,
     /// The lets and nodes that are running: name and place of the declaration.
-    pub pending: Vec<(String, Span)>,
+    pub pending: Vec<(&'a str, Span)>,
     /// Functions and prefabs that called themselves without end, by the place of their heads.
     pub endless: HashSet<Span>,
     /// The last operation that made a number that is not finite.
@@ -55,6 +57,10 @@ pub struct Machine<'a> {
     fuel: u64,
     /// Copies of all nodes together.
     pub copies: usize,
+    /// Nodes written as values that many turns share.
+    pub inline: Inline<'a>,
+    /// The names in each node written as a value inside of turns.
+    pub inline_names: FxHashMap<*const ast::Node, Rc<[&'a str]>>,
 }
 
 /// A node: what is written, and what became of it.
@@ -178,6 +184,8 @@ impl<'a> Machine<'a> {
             depth: 0,
             fuel: limits::FUEL,
             copies: 0,
+            inline: Inline::default(),
+            inline_names: FxHashMap::default(),
         }
     }
 

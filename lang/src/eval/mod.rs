@@ -21,6 +21,7 @@ pub mod machine;
 mod params;
 mod resolve;
 pub mod scope;
+pub mod shared;
 
 use std::rc::Rc;
 
@@ -83,15 +84,20 @@ pub fn eval_project(
 }
 
 fn eval_modules(modules: &Modules, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
-    // The stack of the evaluation is its own, so that its depth does not hang on who calls.
     let nothing = Nothing::new();
-    let run = || evaluate(modules, overrides, &nothing);
     let (lowered, mut diagnostics, params) = std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().name("eval".into()).stack_size(limits::STACK_BYTES);
-        match thread.spawn_scoped(scope, run).map(std::thread::ScopedJoinHandle::join) {
+        let ended = |error: String| (None, vec![internal(&error)], Vec::new());
+        // Names are judged beside the evaluation, which takes them as they are.
+        let names = match thread("names").spawn_scoped(scope, || resolve::resolve(modules)) {
+            Ok(names) => names,
+            Err(error) => return ended(format!("no thread: {error}")),
+        };
+        let resolved = || names.join().unwrap_or_else(|_| vec![internal("names were not resolved")]);
+        let run = || evaluate(modules, overrides, &nothing, resolved);
+        match thread("eval").spawn_scoped(scope, run).map(std::thread::ScopedJoinHandle::join) {
             Ok(Ok(done)) => done,
-            Ok(Err(_)) => (None, vec![internal("evaluation ended early")], Vec::new()),
-            Err(error) => (None, vec![internal(&format!("no thread: {error}"))], Vec::new()),
+            Ok(Err(_)) => ended("evaluation ended early".into()),
+            Err(error) => ended(format!("no thread: {error}")),
         }
     });
     let mut lowered = lowered;
@@ -118,6 +124,11 @@ fn eval_modules(modules: &Modules, files: &dyn Files, overrides: &Overrides) -> 
             Err(diagnostics)
         }
     }
+}
+
+/// A thread with a stack of its own, so that the depth of what it does does not hang on who calls.
+fn thread(name: &str) -> std::thread::Builder {
+    std::thread::Builder::new().name(name.into()).stack_size(limits::STACK_BYTES)
 }
 
 /// E1007.
@@ -150,11 +161,14 @@ impl Nothing {
     }
 }
 
-fn evaluate<'a>(modules: &'a Modules, overrides: &Overrides, nothing: &'a Nothing) -> Done {
+fn evaluate<'a>(
+    modules: &'a Modules,
+    overrides: &Overrides,
+    nothing: &'a Nothing,
+    resolved: impl FnOnce() -> Vec<Diagnostic>,
+) -> Done {
     let whole = !modules.diagnostics.iter().any(Diagnostic::is_error);
     let mut machine = Machine::new(&modules.texts, &nothing.mix);
-    let resolved = resolve::resolve(modules);
-    let known = !resolved.iter().any(Diagnostic::is_error);
     let Some((own, imported)) = modules.list.split_first() else { return (None, Vec::new(), Vec::new()) };
     let file = &own.file;
     machine.render = file.items.iter().find_map(|item| match item {
@@ -188,6 +202,8 @@ fn evaluate<'a>(modules: &'a Modules, overrides: &Overrides, nothing: &'a Nothin
     if let Some(render) = machine.slot(&nothing.render, &globals) {
         params::apply_sets(&mut machine, &mut roots, overrides, render, &nothing.value);
     }
+    let resolved = resolved();
+    let known = !resolved.iter().any(Diagnostic::is_error);
     let lowered = match machine.stopped {
         true => None,
         false => lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known),

@@ -1,6 +1,7 @@
 //! `param` lines, and what the command line makes of them.
 
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::rc::Rc;
 
 use serde::Serialize;
@@ -50,10 +51,10 @@ pub struct Known<'a> {
 /// The parameters that can be set: the scene's own, and those of the files that it imports itself, by the names that
 /// they have in the scene. `scopes` are the names of each module.
 pub fn known<'a>(modules: &'a Modules, scopes: &[Rc<Scope<'a>>]) -> Vec<Known<'a>> {
-    let mut found: Vec<Known<'a>> = Vec::new();
+    let (mut found, mut seen) = (Vec::new(), HashSet::new());
     let mut add = |name: String, decl: &'a ast::ParamDecl, module: usize| {
         if let Some(scope) = scopes.get(module)
-            && !found.iter().any(|known| std::ptr::eq(known.decl, decl))
+            && seen.insert(std::ptr::from_ref(decl))
         {
             found.push(Known { name, decl, scope: scope.clone() });
         }

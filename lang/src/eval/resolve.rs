@@ -2,7 +2,9 @@
 //!
 //! It sees every branch and every function, called or not; the evaluator relies on it and says nothing about names.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builtin;
 use crate::diagnostic::{Applicability, Diagnostic, Edit};
@@ -35,6 +37,7 @@ pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
             lets: Vec::new(),
             inside: Vec::new(),
             early: Vec::new(),
+            guessed: 0,
         };
         resolver.head(&module.file);
         resolver.block(&module.file.items, Where::Top, false);
@@ -63,7 +66,7 @@ type Offers<'a> = BTreeMap<&'a str, Declared<'a>>;
 
 fn offers(items: &[Item]) -> Offers<'_> {
     let mut offers = Offers::new();
-    let prefabs: HashSet<&str> = items
+    let prefabs: FxHashSet<&str> = items
         .iter()
         .filter_map(|item| match item {
             Item::Prefab(decl) => decl.name.as_ref().map(|name| &*name.text),
@@ -124,7 +127,7 @@ struct Decl<'a> {
 
 #[derive(Default)]
 struct Names<'a> {
-    names: HashMap<&'a str, Decl<'a>>,
+    names: FxHashMap<&'a str, Decl<'a>>,
     order: Vec<&'a str>,
     /// The body of a function or prefab: it runs later than where it is written.
     deferred: bool,
@@ -150,7 +153,7 @@ struct Resolver<'a> {
     modules: &'a Modules,
     offers: &'a [Offers<'a>],
     /// The module that each import of the file leads to, by where the import starts.
-    imports: HashMap<u32, Option<usize>>,
+    imports: FxHashMap<u32, Option<usize>>,
     /// What the file declares is for other files.
     library: bool,
     /// Names of an import are being declared.
@@ -166,7 +169,12 @@ struct Resolver<'a> {
     inside: Vec<usize>,
     /// Uses above the `let`, which are fine where the let is in a cycle: that is reported instead.
     early: Vec<(usize, Diagnostic)>,
+    /// How many names were compared with unknown ones.
+    guessed: usize,
 }
+
+/// Most names of the scene that are compared with unknown ones: behind so many mistakes nobody looks for help.
+const GUESSES: usize = 500_000;
 
 /// What an unknown name was expected to be.
 #[derive(Clone, Copy)]
@@ -230,7 +238,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn reaches_itself(&self, target: usize) -> bool {
-        let mut seen = HashSet::new();
+        let mut seen = FxHashSet::default();
         let mut open: Vec<usize> = self.lets.get(target).cloned().unwrap_or_default();
         while let Some(here) = open.pop() {
             if here == target {
@@ -552,7 +560,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn items(&mut self, items: &'a [Item], place: Where) {
-        let mut set: HashMap<&str, Span> = HashMap::new();
+        let mut set: FxHashMap<&str, Span> = FxHashMap::default();
         let names = items.iter().filter_map(|item| match item {
             Item::Property(property) => Some(&*property.name.text),
             _ => None,
@@ -912,6 +920,21 @@ impl<'a> Resolver<'a> {
         names
     }
 
+    /// The built-in names and the visible ones that are most like an unknown one.
+    fn guess(
+        &mut self,
+        name: &str,
+        built_in: impl Iterator<Item = &'a str>,
+        wanted: impl Fn(&Declared<'a>) -> bool,
+    ) -> Vec<&'a str> {
+        if self.guessed > GUESSES {
+            return Vec::new();
+        }
+        let known: Vec<&str> = built_in.chain(self.visible(wanted)).collect();
+        self.guessed += known.len();
+        suggest(name, known)
+    }
+
     /// Counts a use of an unknown name; true for the first one, which is then to be reported.
     fn first_use(&mut self, what: &str, name: &Name) -> bool {
         let next = self.found.len();
@@ -931,15 +954,15 @@ impl<'a> Resolver<'a> {
         if !self.first_use("kind", name) {
             return;
         }
-        let prefabs = self.visible(|decl| matches!(decl, Declared::Prefab(_)));
-        let known = schema::KINDS.iter().map(|kind| kind.name).chain(prefabs);
+        let is_prefab = |decl: &Declared<'_>| matches!(decl, Declared::Prefab(_));
+        let near = self.guess(&name.text, schema::KINDS.iter().map(|kind| kind.name), is_prefab);
         let file = self.file();
         let mut diagnostic = Diagnostic::new("E0202", format!("unknown kind `{}`", name.text)).primary(
             file,
             name.span,
             "not a kind of node",
         );
-        diagnostic = match suggest(&name.text, known).first() {
+        diagnostic = match near.first() {
             Some(near) => {
                 diagnostic.fix(Applicability::Safe, format!("did you mean `{near}`?"), file, name.span, *near)
             }
@@ -964,8 +987,8 @@ impl<'a> Resolver<'a> {
     fn prefab_call(&mut self, node: &'a ast::Node, decl: &'a ast::PrefabDecl) {
         let prefab = &*kind_text(node);
         let file = self.file();
-        let mut given: HashMap<&str, Span> = HashMap::new();
-        let all: HashSet<&str> = node
+        let mut given: FxHashMap<&str, Span> = FxHashMap::default();
+        let all: FxHashSet<&str> = node
             .body
             .iter()
             .flat_map(|body| &body.items)
@@ -1189,7 +1212,7 @@ impl<'a> Resolver<'a> {
             (None, Declared::Node(_)) => wanted.what == "node",
             _ => true,
         };
-        let near = suggest(&name.text, self.visible(fits));
+        let near = self.guess(&name.text, std::iter::empty(), fits);
         if let Some(near) = near.first() {
             let declared = self.find(near, fits).and_then(|(scope, _)| self.scopes.get(scope)?.names.get(near));
             let span = declared.map(|decl| decl.span);
@@ -1296,12 +1319,12 @@ impl<'a> Resolver<'a> {
         let file = self.file();
         let mut diagnostic =
             Diagnostic::new("E0210", format!("no function `{}`", name.text)).primary(file, name.span, "not found");
-        let own = self.visible(|decl| matches!(decl, Declared::Fn(_)));
-        let known = own.into_iter().chain(builtin::BUILTINS.iter().map(|function| function.name));
+        let is_function = |decl: &Declared<'_>| matches!(decl, Declared::Fn(_));
+        let near = self.guess(&name.text, builtin::BUILTINS.iter().map(|function| function.name), is_function);
         let is_prefab = self.find(&name.text, |decl| matches!(decl, Declared::Prefab(_))).is_some();
         if is_prefab || schema::kind(&name.text).is_some() {
             diagnostic = diagnostic.help(format!("nodes are written with braces: `{} {{ .. }}`", name.text));
-        } else if let Some(near) = suggest(&name.text, known).first() {
+        } else if let Some(near) = near.first() {
             let text = format!("did you mean `{near}`?");
             diagnostic = diagnostic.fix(Applicability::Safe, text, file, name.span, *near);
         }
@@ -1321,7 +1344,7 @@ impl<'a> Resolver<'a> {
     ) {
         let file = self.file();
         let plain = args.iter().filter(|arg| arg.name.is_none()).count();
-        let mut given: HashMap<&str, Span> = HashMap::new();
+        let mut given: FxHashMap<&str, Span> = FxHashMap::default();
         for (param, arg) in params.iter().zip(args).filter(|(_, arg)| arg.name.is_none() && !rest) {
             given.insert(param.0, arg.span);
         }

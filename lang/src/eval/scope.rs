@@ -1,8 +1,10 @@
 //! Names and what they stand for while a scene is evaluated.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
+
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 use crate::syntax::ast;
 use crate::value::{NodeId, Value};
@@ -58,18 +60,74 @@ pub enum LetState {
 #[derive(Debug, Default)]
 pub struct Scope<'a> {
     parent: Option<Rc<Scope<'a>>>,
-    names: RefCell<HashMap<&'a str, Binding<'a>>>,
+    names: RefCell<Names<'a>>,
+    of_turn: bool,
+}
+
+/// Names and what they stand for: a list, and a table beside it where there are many.
+#[derive(Debug, Default)]
+struct Names<'a> {
+    list: SmallVec<[(&'a str, Binding<'a>); 1]>,
+    table: FxHashMap<&'a str, usize>,
+}
+
+/// So many names are looked through faster than hashed.
+const FEW: usize = 8;
+
+impl<'a> Names<'a> {
+    fn get(&self, name: &str) -> Option<&Binding<'a>> {
+        match self.list.len() <= FEW {
+            true => self.list.iter().find(|(own, _)| *own == name).map(|(_, binding)| binding),
+            false => self.table.get(name).map(|at| &self.list[*at].1),
+        }
+    }
+
+    fn insert(&mut self, name: &'a str, binding: Binding<'a>) {
+        if self.get(name).is_some() {
+            return;
+        }
+        self.list.push((name, binding));
+        if self.list.len() > FEW {
+            let first = self.table.len();
+            self.table.extend(self.list.iter().enumerate().skip(first).map(|(at, (name, _))| (*name, at)));
+        }
+    }
 }
 
 impl<'a> Scope<'a> {
     /// A scope inside another.
     pub fn inside(parent: &Rc<Scope<'a>>) -> Rc<Scope<'a>> {
-        Rc::new(Scope { parent: Some(parent.clone()), names: RefCell::default() })
+        Rc::new(Scope { parent: Some(parent.clone()), names: RefCell::default(), of_turn: false })
+    }
+
+    /// The scope of one turn of a loop or of one call: others of the same text may follow.
+    pub fn of_turn(parent: &Rc<Scope<'a>>) -> Rc<Scope<'a>> {
+        Rc::new(Scope { parent: Some(parent.clone()), names: RefCell::default(), of_turn: true })
+    }
+
+    /// Whether it is the scope of one turn or call.
+    pub fn is_of_turn(&self) -> bool {
+        self.of_turn
+    }
+
+    /// Whether nothing is around it.
+    pub fn is_outermost(&self) -> bool {
+        self.parent.is_none()
+    }
+
+    /// It and the scopes around it, from the inside out.
+    pub fn around(self: &Rc<Scope<'a>>) -> impl Iterator<Item = &Rc<Scope<'a>>> {
+        std::iter::successors(Some(self), |scope| scope.parent.as_ref())
+    }
+
+    /// Whether the scope itself declares the name.
+    pub fn has(&self, name: &str) -> bool {
+        self.names.borrow().get(name).is_some()
     }
 
     /// Declares a name; the first declaration of a name stays.
     pub fn declare(&self, name: &'a str, binding: Binding<'a>) {
-        self.names.borrow_mut().entry(name).or_insert(binding);
+        self.names.borrow_mut().insert(name, binding);
     }
 
     /// What the name stands for in this scope itself.
@@ -85,13 +143,13 @@ impl<'a> Scope<'a> {
     ) -> Option<(Rc<Scope<'a>>, Binding<'a>)> {
         let mut scope = Some(self);
         while let Some(here) = scope {
-            match here.own(name) {
+            match here.names.borrow().get(name) {
                 Some(Binding::Import(module, original)) => {
                     if let Some(binding) = module.offered(original).filter(&wanted) {
-                        return Some((module, binding));
+                        return Some((module.clone(), binding));
                     }
                 }
-                Some(binding) if wanted(&binding) => return Some((here.clone(), binding)),
+                Some(binding) if wanted(binding) => return Some((here.clone(), binding.clone())),
                 _ => {}
             }
             scope = here.parent.as_ref();

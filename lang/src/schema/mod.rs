@@ -12,6 +12,10 @@ mod kinds;
 
 pub use kinds::{KINDS, MIX};
 
+use std::sync::LazyLock;
+
+use rustc_hash::FxHashMap;
+
 use crate::dimension::Dimension;
 
 /// A kind of node.
@@ -251,6 +255,11 @@ impl Kind {
         self.properties.iter().flat_map(|table| table.iter())
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.properties.iter().map(|table| table.len()).sum()
+    }
+
     /// The property of that name.
     pub fn property(&self, name: &str) -> Option<&'static Property> {
         self.all().find(|property| property.name == name)
@@ -259,7 +268,9 @@ impl Kind {
 
 /// The kind of that name.
 pub fn kind(name: &str) -> Option<&'static Kind> {
-    KINDS.iter().find(|kind| kind.name == name)
+    static TABLE: LazyLock<FxHashMap<&str, &Kind>> =
+        LazyLock::new(|| KINDS.iter().map(|kind| (kind.name, kind)).collect());
+    TABLE.get(name).copied()
 }
 
 impl Type {

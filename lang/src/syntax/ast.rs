@@ -7,6 +7,7 @@
 //! Depth is bounded: no chain of accesses from the file down to a leaf passes more than [`MAX_DEPTH`] expressions, so
 //! plain recursion over these types is safe. Chains of `+ - * / && ||` are lists, not nests.
 
+use crate::dimension::Dimension;
 use crate::source::Span;
 use std::sync::Arc;
 
@@ -390,6 +391,17 @@ pub enum ExprKind {
     If(Box<IfValue>),
 }
 
+/// A unit as written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    /// `m/s^2`, `%`.
+    pub name: Name,
+    /// What a number before it is multiplied by, and what it then measures in SI; `None` where an exponent is too large.
+    pub si: Option<(f64, Dimension)>,
+    /// How often `f` stands in it: 1 in `24f`, -1 in `m/f`. The factor counts a frame as a second.
+    pub frames: i32,
+}
+
 /// A number as written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
@@ -400,7 +412,7 @@ pub struct Number {
     /// Whether it is written without point and exponent.
     pub whole: bool,
     /// The unit as written: `m/s^2`, `%`.
-    pub unit: Option<Name>,
+    pub unit: Option<Box<Unit>>,
 }
 
 /// `-` or `!`

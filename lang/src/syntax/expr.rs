@@ -79,7 +79,10 @@ fn is_broken(node: Part<'_>) -> bool {
 
 /// The values of a bracket. A path token is a value only inside of an expression.
 fn values(node: Part<'_>) -> Vec<Expr> {
-    parts(node).filter(|part| part.kind().is_value()).map(value).collect()
+    let found = parts(node).filter(|part| part.kind().is_value());
+    let mut values = Vec::with_capacity(found.clone().count());
+    values.extend(found.map(value));
+    values
 }
 
 fn tuple(node: Part<'_>) -> ExprKind {
@@ -117,7 +120,9 @@ fn args(node: Part<'_>) -> Option<Vec<Arg>> {
             _ => None,
         }
     });
-    Some(args.collect())
+    let mut list = Vec::with_capacity(node.parts().filter(|part| part.kind() == SyntaxKind::Comma).count() + 1);
+    list.extend(args);
+    Some(list)
 }
 
 fn keys(node: Part<'_>) -> Keys {

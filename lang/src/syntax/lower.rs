@@ -59,12 +59,13 @@ fn name_after(node: Part<'_>, kind: SyntaxKind) -> Option<Name> {
 pub(super) fn path(token: Part<'_>) -> Path {
     let whole = token.span();
     let mut start = whole.start;
-    let segments = token.text().split('.').map(|text| {
+    let mut segments = Vec::with_capacity(1);
+    segments.extend(token.text().split('.').map(|text| {
         let span = Span::new(start, start + text.len() as u32);
         start = span.end + 1;
         Name { text: text.into(), span, quoted: false }
-    });
-    Path { segments: segments.collect(), span: whole }
+    }));
+    Path { segments, span: whole }
 }
 
 pub(super) fn block(node: Part<'_>) -> Block {
@@ -72,7 +73,7 @@ pub(super) fn block(node: Part<'_>) -> Block {
 }
 
 fn items(node: Part<'_>) -> Vec<Item> {
-    let mut items = Vec::new();
+    let mut items = Vec::with_capacity(node.nodes().count());
     let mut docs: Vec<&str> = Vec::new();
     for part in node.parts() {
         match part.kind() {

@@ -166,7 +166,9 @@ impl Shift {
         self.span(span);
         match kind {
             ExprKind::Missing | ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => {}
-            ExprKind::Number(Number { value: _, int: _, whole: _, unit }) => self.names(unit),
+            ExprKind::Number(Number { value: _, int: _, whole: _, unit }) => {
+                self.names(unit.iter_mut().map(|unit| &mut unit.name));
+            }
             ExprKind::Path(path) => self.path(path),
             ExprKind::Tuple(items) | ExprKind::List(items) => self.exprs(items),
             ExprKind::Comp(comp) => {

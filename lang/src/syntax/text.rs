@@ -1,6 +1,9 @@
 //! The inside of leaves: strings, numbers, colours.
 
-use super::ast::{Name, Number};
+use std::borrow::Cow;
+
+use super::ast::{Name, Number, Unit};
+use crate::dimension;
 use crate::source::Span;
 
 /// A string's text and the escapes in it that mean nothing.
@@ -60,10 +63,14 @@ fn unicode_escape(escape: &str) -> Option<(char, usize)> {
 
 /// Reads a number's digits as the grammar allows them: sign, `_`, point, exponent.
 pub(super) fn number(digits: &str, unit: Option<Name>) -> Number {
-    let plain: String = digits.chars().filter(|character| *character != '_').collect();
+    let plain = if digits.contains('_') { Cow::Owned(digits.replace('_', "")) } else { Cow::Borrowed(digits) };
     let whole = !plain.contains(['.', 'e', 'E']);
     let value = plain.parse().unwrap_or(f64::INFINITY);
-    Number { value, int: plain.parse().ok().filter(|_| whole), whole, unit }
+    let int = if whole { plain.parse().ok() } else { None };
+    let unit = unit.map(|name| {
+        Box::new(Unit { si: dimension::unit(&name.text), frames: dimension::frames(&name.text), name })
+    });
+    Number { value, int, whole, unit }
 }
 
 /// Reads `#rgb`, `#rrggbb`, `#rrggbbaa`; nothing for another number of digits.
