@@ -13,11 +13,7 @@ const BROKEN: &str = include_str!("scenes/broken.kin");
 fn check(text: &str) -> Tree {
     let source = Source::new(FileId(0), "test.kin", text);
     let tree = parse(&source);
-    let leaves: String = tree
-        .root()
-        .tokens()
-        .map(|token| token.text())
-        .collect();
+    let leaves: String = tree.root().tokens().map(|token| token.text()).collect();
     assert_eq!(leaves, text, "the leaves are not the text");
     assert!(error_nodes(&tree) == 0 || !tree.errors().is_empty(), "an error node is not reported: {text:?}");
     let mut lines = Vec::new();

@@ -3,7 +3,7 @@
 use super::{Diagnostic, Edit, Fix, Label, Severity};
 use crate::source::{FileId, Source, Span};
 use annotate_snippets::renderer::DecorStyle;
-use annotate_snippets::{AnnotationKind, Group, Level, Patch, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 
 /// How text is laid out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub fn render(found: &Diagnostic, sources: &[Source], style: Style) -> String {
     for source in sources {
         let labels: Vec<&Label> = found.labels.iter().filter(|label| label.file == source.id).collect();
         if !labels.is_empty() {
-            main = main.element(labelled(source, &labels));
+            main = labelled(main, source, &labels);
         }
     }
     main = main.elements(found.notes.iter().map(|note| Level::NOTE.message(note.as_str())));
@@ -68,6 +68,10 @@ fn find(sources: &[Source], file: FileId) -> Option<&Source> {
     sources.iter().find(|source| source.id == file)
 }
 
+/// Bytes of the scene that are shown in one piece, as the renderer goes through all of it: what lies further apart gets
+/// pieces of its own, and of longer lines only the place is told.
+const LARGE: u32 = 64 << 10;
+
 /// The piece of a text round some spans: a large scene is not handed over whole.
 struct Window<'a> {
     source: &'a Source,
@@ -85,6 +89,10 @@ impl<'a> Window<'a> {
         Window { source, first_line, whole }
     }
 
+    fn is_large(&self) -> bool {
+        self.whole.len() > LARGE
+    }
+
     /// A span as offsets in the window, on borders of characters.
     fn range(&self, span: Span) -> std::ops::Range<usize> {
         let inside = |offset| self.source.clamp(offset).clamp(self.whole.start, self.whole.end) - self.whole.start;
@@ -100,14 +108,27 @@ impl<'a> Window<'a> {
     }
 }
 
-fn labelled<'a>(source: &'a Source, labels: &[&'a Label]) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+fn labelled<'a>(group: Group<'a>, source: &'a Source, labels: &[&'a Label]) -> Group<'a> {
     let window = Window::round(source, labels.iter().map(|label| label.span));
+    match labels {
+        _ if !window.is_large() => group.element(annotated(&window, labels)),
+        [only] => {
+            let position = source.position(only.span.start);
+            let (line, column) = (position.line as usize, position.column as usize);
+            let group = group.element(Origin::path(&*source.name).line(line).char_column(column));
+            if only.text.is_empty() { group } else { group.element(Level::NOTE.message(only.text.as_str())) }
+        }
+        labels => labels.iter().fold(group, |group, label| labelled(group, source, &[*label])),
+    }
+}
+
+fn annotated<'a>(window: &Window<'a>, labels: &[&'a Label]) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
     let annotations = labels.iter().map(|label| {
         let kind = if label.primary { AnnotationKind::Primary } else { AnnotationKind::Context };
         let annotation = kind.span(window.range(label.span));
         if label.text.is_empty() { annotation } else { annotation.label(label.text.as_str()) }
     });
-    Snippet::source(window.text()).line_start(window.line()).path(&*source.name).annotations(annotations)
+    Snippet::source(window.text()).line_start(window.line()).path(&*window.source.name).annotations(annotations)
 }
 
 fn fixed<'a>(fix: &'a Fix, sources: &'a [Source]) -> Group<'a> {
@@ -118,6 +139,9 @@ fn fixed<'a>(fix: &'a Fix, sources: &'a [Source]) -> Group<'a> {
             continue;
         }
         let window = Window::round(source, edits.iter().map(|edit| edit.span));
+        if window.is_large() {
+            continue;
+        }
         let patches = edits.iter().map(|edit| Patch::new(window.range(edit.span), edit.insert.as_str()));
         group = group
             .element(Snippet::source(window.text()).line_start(window.line()).path(&*source.name).patches(patches));

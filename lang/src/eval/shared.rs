@@ -125,11 +125,7 @@ impl<'a> Names<'a> {
 
     fn expr(&mut self, expr: &'a Expr) {
         match &expr.kind {
-            ExprKind::Missing
-            | ExprKind::Number(_)
-            | ExprKind::Color(_)
-            | ExprKind::Str(_)
-            | ExprKind::Bool(_) => {}
+            ExprKind::Missing | ExprKind::Number(_) | ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => {}
             ExprKind::Path(path) => self.path(path),
             ExprKind::Tuple(items) | ExprKind::List(items) => self.exprs(items),
             ExprKind::Comp(comp) => {

@@ -3,9 +3,9 @@
 use super::ast::*;
 use super::kind::SyntaxKind;
 use super::lower::*;
+use super::part::Part;
 use super::text::{color, number, unescape};
 use crate::source::Span;
-use super::part::Part;
 
 /// What an element adds to the depth of the values in it, at most: see [`MAX_DEPTH`].
 pub(super) fn depth_cost(node: Part<'_>) -> u32 {

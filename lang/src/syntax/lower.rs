@@ -211,11 +211,7 @@ pub(super) fn for_head(node: Part<'_>) -> ForHead {
     let over = value_after(node, SyntaxKind::KwIn).unwrap_or_else(|| missing_in(node));
     let names = parts(node).take_while(|part| part.kind() != SyntaxKind::KwIn);
     let names = names.filter(|part| part.kind() == SyntaxKind::Ident);
-    ForHead {
-        names: names.map(name).collect(),
-        span: Span::new(node.span().start, over.span.end),
-        over,
-    }
+    ForHead { names: names.map(name).collect(), span: Span::new(node.span().start, over.span.end), over }
 }
 
 /// The arms of an `if` as nodes; an arm is absent where it is missing.

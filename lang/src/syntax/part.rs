@@ -96,7 +96,7 @@ impl<'t> Part<'t> {
     }
 
     /// It and all nodes and tokens in it, in the order of the text.
-    pub fn all(self) -> impl DoubleEndedIterator<Item = Part<'t>> {
+    pub fn all(self) -> impl DoubleEndedIterator<Item = Part<'t>> + ExactSizeIterator {
         (self.at..self.record().after).map(move |at| self.with(at))
     }
 

@@ -7,7 +7,7 @@
 pub const MAX_NESTING: usize = 128;
 
 /// Bytes from which on a text is cut: pieces stay in the cache, and their pairs are dropped one by one.
-const PIECE: usize = 64 << 10;
+const PIECE: usize = 16 << 10;
 
 /// What the brackets of a text tell.
 #[derive(Debug, Default, PartialEq)]

@@ -67,9 +67,8 @@ pub(super) fn number(digits: &str, unit: Option<Name>) -> Number {
     let whole = !plain.contains(['.', 'e', 'E']);
     let value = plain.parse().unwrap_or(f64::INFINITY);
     let int = if whole { plain.parse().ok() } else { None };
-    let unit = unit.map(|name| {
-        Box::new(Unit { si: dimension::unit(&name.text), frames: dimension::frames(&name.text), name })
-    });
+    let unit = unit
+        .map(|name| Box::new(Unit { si: dimension::unit(&name.text), frames: dimension::frames(&name.text), name }));
     Number { value, int, whole, unit }
 }
 

@@ -69,7 +69,8 @@ fn in_pieces(source: &Source, cuts: &[u32]) -> Option<File> {
         return None;
     }
     let ends = cuts.iter().copied().chain([source.len()]);
-    let spans: Vec<Span> = std::iter::once(0).chain(cuts.iter().copied()).zip(ends).map(|(start, end)| Span::new(start, end)).collect();
+    let spans: Vec<Span> =
+        std::iter::once(0).chain(cuts.iter().copied()).zip(ends).map(|(start, end)| Span::new(start, end)).collect();
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let work = || {
         let mut done = Vec::new();
@@ -128,5 +129,27 @@ impl Tree {
             shift::file(Arc::make_mut(&mut file), base);
         }
         file
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::FileId;
+
+    #[test]
+    fn pieces_say_what_the_whole_says() {
+        let scenes = [include_str!("../../tests/scenes/cornell.kin"), include_str!("../../tests/scenes/dominoes.kin")];
+        let text: String = scenes.into_iter().cycle().take(60).flat_map(|scene| [scene, "\n"]).collect();
+        let source = Source::new(FileId(0), "a.kin", text.as_str());
+        let cuts = scan(&text).cuts;
+        assert!(cuts.len() > 3, "{cuts:?}");
+        let file = in_pieces(&source, &cuts).unwrap();
+        let records = whole(&source, None, false);
+        assert_eq!(file, lower::file(records.root(&text)));
+        let faulty = text.replacen("radius: 0.3,", "radius 0.3,", 20);
+        let source = Source::new(FileId(0), "a.kin", faulty.as_str());
+        assert!(in_pieces(&source, &scan(&faulty).cuts).is_none());
+        assert_eq!(parse(&source).errors().len(), 20);
     }
 }

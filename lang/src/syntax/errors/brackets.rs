@@ -3,8 +3,10 @@
 use super::*;
 use crate::diagnostic::Applicability::{Maybe, Safe};
 
-/// How many things before a stray `}` are looked at: what is far above is no evidence.
+/// How many things before a stray `}` are looked at, and how many parts of them for all strays together: what is far above
+/// is no evidence.
 const STRAY_SEARCH: usize = 64;
+const STRAY_PARTS: usize = 1_000_000;
 
 /// The brackets in a text that starts at an offset.
 pub(super) fn brackets_in(text: &str, start: u32) -> impl Iterator<Item = (u32, char)> {
@@ -116,6 +118,10 @@ impl Finder<'_> {
         while let Some(part) = at.filter(|_| steps < STRAY_SEARCH) {
             at = part.previous();
             steps += 1;
+            self.searched += part.all().len();
+            if self.searched > STRAY_PARTS {
+                break;
+            }
             if let Some(early) = part.all().rfind(|block| self.closes_askew(*block)) {
                 if let Some(close) = brace(early, SyntaxKind::CloseBrace) {
                     found = found.label(self.file(), close, "by the indentation, this closes a block too early");

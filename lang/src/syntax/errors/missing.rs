@@ -58,13 +58,7 @@ impl Finder<'_> {
     }
 
     /// `let x: 3`, `let x 3`, `param x: float`
-    fn let_without_equals(
-        &mut self,
-        parent: Part<'_>,
-        before: Option<Part<'_>>,
-        at: u32,
-        bad: Option<Bad>,
-    ) -> bool {
+    fn let_without_equals(&mut self, parent: Part<'_>, before: Option<Part<'_>>, at: u32, bad: Option<Bad>) -> bool {
         let word = match parent.kind() {
             SyntaxKind::LetDecl => "let",
             SyntaxKind::ParamDecl => "param",
@@ -110,7 +104,9 @@ impl Finder<'_> {
 
     /// `let my-ball = 1`: the parser saw the name `my` and then a mistake.
     fn dash_behind_name(&mut self, before: Option<Part<'_>>, at: u32) -> bool {
-        let Some(name) = before.filter(|before| before.kind() == SyntaxKind::Ident).map(Part::span) else { return false };
+        let Some(name) = before.filter(|before| before.kind() == SyntaxKind::Ident).map(Part::span) else {
+            return false;
+        };
         let rest = self.text(Span::new(at, self.source.line_span(self.source.line_index(at)).end));
         let length =
             rest.find(|next: char| !(unicode_ident::is_xid_continue(next) || next == '-')).unwrap_or(rest.len());

@@ -42,7 +42,9 @@ pub(super) fn find(source: &Source, root: Part<'_>, stopped: Option<u32>, has_ba
     let mut too_deep = false;
     for part in root.all() {
         if !part.kind().is_node() {
-            finder.token(part);
+            if part.span().start >= finder.passed {
+                finder.token(part);
+            }
             continue;
         }
         while let Some((cost, _)) = open.pop_if(|(_, node)| !node.holds(part)) {
@@ -55,7 +57,9 @@ pub(super) fn find(source: &Source, root: Part<'_>, stopped: Option<u32>, has_ba
             too_deep = true;
             finder.nested(part.span(), MAX_DEPTH);
         }
-        finder.node(part);
+        if part.span().start >= finder.passed {
+            finder.node(part);
+        }
     }
     Found { errors: finder.finish(), too_deep }
 }
@@ -78,7 +82,15 @@ struct Finder<'a> {
     missing_at: Option<u32>,
     /// The first error node or token, of whatever kind.
     first_error: Option<Span>,
+    /// The line of the last finding, how many there are on it in a row, and up to where it is therefore passed over.
+    crowd: (u32, usize),
+    passed: u32,
+    /// Parts that were looked through for the cause of stray brackets.
+    searched: usize,
 }
+
+/// Of so many findings on one line, of which one is reported, the rest of the line is passed over.
+const CROWD: usize = 64;
 
 /// Text that no rule could read.
 #[derive(Debug, Clone, Copy)]
@@ -122,6 +134,9 @@ impl<'a> Finder<'a> {
             lost,
             missing_at: None,
             first_error: None,
+            crowd: (u32::MAX, 0),
+            passed: 0,
+            searched: 0,
         }
     }
 
@@ -134,6 +149,13 @@ impl<'a> Finder<'a> {
     }
 
     fn push(&mut self, diagnostic: Diagnostic) {
+        if let Some((_, span)) = diagnostic.place() {
+            let line = self.source.line_index(span.start);
+            self.crowd = (line, if self.crowd.0 == line { self.crowd.1 + 1 } else { 1 });
+            if self.crowd.1 > CROWD {
+                self.passed = self.source.line_start(line + 1);
+            }
+        }
         self.found.push((false, diagnostic));
     }
 
