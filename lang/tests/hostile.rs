@@ -47,7 +47,7 @@ fn doubling() {
 fn loops_and_calls() {
     assert_eq!(codes("for i in 0..1000000000 { sphere { } }\n"), ["E1002"]);
     assert_eq!(codes("for i in 0..1000000 { for k in 0..1000000 { group { } } }\n"), ["E1004"]);
-    assert_eq!(codes("let a = [for i in 0..100000: i]\nfor i in 0..1000000 { let b = a + a }\n"), ["E1003"]);
+    assert!(codes("let a = [for i in 0..100000: i]\nfor i in 0..1000000 { let b = a + a }\n").contains(&"E1003"));
     let calls = "prefab p(n: int) { if n < 200 { p { n: n + 1 }\n p { n: n + 1 } } }\np { n: 0 }\n";
     assert!(codes(calls).iter().any(|code| matches!(*code, "E1003" | "E1004")));
 }

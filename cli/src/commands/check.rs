@@ -67,6 +67,10 @@ pub fn run(args: &Args) -> Outcome {
         sources.extend(if matches!(format, Format::Json) { loaded.sources.clone() } else { loaded.sources_as_given() });
         let found = loaded.diagnostics.iter().cloned().chain(ends(&loaded)).collect();
         checked.push(Checked { sources: loaded.sources_as_given(), found, has_camera: loaded.has_camera() });
+        // The process ends with the last one: to take a large scene apart would be for nothing.
+        if checked.len() == files.len() {
+            std::mem::forget(loaded);
+        }
     }
     let found = merge(checked);
     let limit = if matches!(format, Format::Json) { usize::MAX } else { MAX_SHOWN };
@@ -124,8 +128,9 @@ fn load(file: &Path, id: FileId, stdin_path: &Path) -> Result<Loaded, String> {
 fn ends(loaded: &Loaded) -> Option<Diagnostic> {
     // A file that shows nothing is there for others to import.
     let clock = loaded.scene.as_ref().filter(|scene| !scene.cameras.is_empty())?.clock;
-    [0, clock.frame_count() - 1]
-        .into_iter()
+    let last = clock.frame_count() - 1;
+    std::iter::once(0)
+        .chain((last > 0).then_some(last))
         .find_map(|frame| loaded.sample(clock.shutter_of(frame)).err())
         .map(|found| *found)
 }
