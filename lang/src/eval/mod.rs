@@ -24,6 +24,7 @@ pub mod scope;
 pub mod shared;
 
 use std::rc::Rc;
+use std::sync::{Arc, mpsc};
 
 use kinora_scene::Scene;
 
@@ -79,27 +80,20 @@ pub fn eval_project(
     files: &dyn Files,
     overrides: &Overrides,
 ) -> (Result<Evaluated, Vec<Diagnostic>>, Vec<Source>) {
-    let modules = modules::load(tree, files);
+    let modules = Arc::new(modules::load(tree, files));
     (eval_modules(&modules, files, overrides), modules.sources())
 }
 
-fn eval_modules(modules: &Modules, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
-    let nothing = Nothing::new();
-    let (lowered, mut diagnostics, params) = std::thread::scope(|scope| {
-        let ended = |error: String| (None, vec![internal(&error)], Vec::new());
-        // Names are judged beside the evaluation, which takes them as they are.
-        let names = match thread("names").spawn_scoped(scope, || resolve::resolve(modules)) {
-            Ok(names) => names,
-            Err(error) => return ended(format!("no thread: {error}")),
-        };
-        let resolved = || names.join().unwrap_or_else(|_| vec![internal("names were not resolved")]);
-        let run = || evaluate(modules, overrides, &nothing, resolved);
-        match thread("eval").spawn_scoped(scope, run).map(std::thread::ScopedJoinHandle::join) {
-            Ok(Ok(done)) => done,
-            Ok(Err(_)) => ended("evaluation ended early".into()),
-            Err(error) => ended(format!("no thread: {error}")),
-        }
-    });
+fn eval_modules(modules: &Arc<Modules>, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
+    let (give, done) = mpsc::channel();
+    let (its_modules, its_overrides) = (modules.clone(), overrides.clone());
+    // The scene is given before what led to it is taken down.
+    let spawned = thread("eval").spawn(move || evaluate(&its_modules, &its_overrides, &Nothing::new(), &give));
+    let ended = |what: String| (None, vec![internal(&what)], Vec::new());
+    let (lowered, mut diagnostics, params) = match spawned {
+        Ok(_) => done.recv().unwrap_or_else(|_| ended("evaluation ended early".into())),
+        Err(error) => ended(format!("no thread: {error}")),
+    };
     let mut lowered = lowered;
     if let Some(lowered) = &mut lowered {
         assets::load_meshes(lowered, files, &modules.texts, &mut diagnostics);
@@ -161,15 +155,30 @@ impl Nothing {
     }
 }
 
-fn evaluate<'a>(
+fn evaluate(modules: &Modules, overrides: &Overrides, nothing: &Nothing, give: &mpsc::Sender<Done>) {
+    // Names are judged beside the evaluation, which takes them as they are.
+    std::thread::scope(|scope| {
+        let done = match thread("names").spawn_scoped(scope, || resolve::resolve(modules)) {
+            Ok(names) => {
+                let resolved = || names.join().unwrap_or_else(|_| vec![internal("names were not resolved")]);
+                return run(modules, overrides, nothing, resolved, give);
+            }
+            Err(error) => (None, vec![internal(&format!("no thread: {error}"))], Vec::new()),
+        };
+        let _ = give.send(done);
+    });
+}
+
+fn run<'a>(
     modules: &'a Modules,
     overrides: &Overrides,
     nothing: &'a Nothing,
     resolved: impl FnOnce() -> Vec<Diagnostic>,
-) -> Done {
+    give: &mpsc::Sender<Done>,
+) {
     let whole = !modules.diagnostics.iter().any(Diagnostic::is_error);
     let mut machine = Machine::new(&modules.texts, &nothing.mix);
-    let Some((own, imported)) = modules.list.split_first() else { return (None, Vec::new(), Vec::new()) };
+    let Some((own, imported)) = modules.list.split_first() else { return };
     let file = &own.file;
     machine.render = file.items.iter().find_map(|item| match item {
         ast::Item::Node(node) if items::kind_text(node) == "render" => Some(node),
@@ -210,7 +219,8 @@ fn evaluate<'a>(
     };
     let mut diagnostics = resolved;
     diagnostics.append(&mut machine.diagnostics);
-    (lowered, diagnostics, params)
+    // Nobody waits for it only where the caller is gone.
+    let _ = give.send((lowered, diagnostics, params));
 }
 
 /// Declares what a file's imports bring, before anything of its own.
