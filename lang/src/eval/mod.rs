@@ -84,7 +84,11 @@ pub fn eval_project(
     (eval_modules(&modules, files, overrides), modules.sources())
 }
 
-fn eval_modules(modules: &Arc<Modules>, files: &dyn Files, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
+fn eval_modules(
+    modules: &Arc<Modules>,
+    files: &dyn Files,
+    overrides: &Overrides,
+) -> Result<Evaluated, Vec<Diagnostic>> {
     let (give, done) = mpsc::channel();
     let (its_modules, its_overrides) = (modules.clone(), overrides.clone());
     // The scene is given before what led to it is taken down.
