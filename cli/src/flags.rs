@@ -2,6 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
+use clap::{Arg, ArgAction, ArgMatches, Command};
+use kinora_lang::diagnostic::{Level, Levels};
+
+use crate::paths::{self, Search};
 use crate::session::Changes;
 
 /// A scene and what is changed in it.
@@ -9,6 +14,13 @@ use crate::session::Changes;
 pub struct SceneFlags {
     /// The scene, a .kin file
     pub file: PathBuf,
+    #[command(flatten)]
+    pub values: ValueFlags,
+}
+
+/// What is changed in a scene.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ValueFlags {
     /// Give a `param` of the scene another value, written as in the scene: -D count=40
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = pair)]
     pub define: Vec<(String, String)>,
@@ -20,7 +32,91 @@ pub struct SceneFlags {
 impl SceneFlags {
     /// What these flags change.
     pub fn changes(&self) -> Changes {
+        self.values.changes()
+    }
+}
+
+impl ValueFlags {
+    /// What these flags change.
+    pub fn changes(&self) -> Changes {
         Changes { params: self.define.clone(), sets: self.set.clone(), ..Changes::default() }
+    }
+}
+
+/// Files and folders.
+#[derive(Clone, Debug, clap::Args)]
+pub struct FileFlags {
+    /// Scenes, and folders to look for *.kin in; - is standard input
+    #[arg(required = true)]
+    pub paths: Vec<PathBuf>,
+    /// Leave out what is named so in folders, as in .gitignore: --exclude 'old/**'
+    #[arg(long, value_name = "PATTERN")]
+    pub exclude: Vec<String>,
+    /// Leave out what --exclude says also where it is named itself
+    #[arg(long)]
+    pub force_exclude: bool,
+    /// Look also into what .gitignore leaves out
+    #[arg(long)]
+    pub no_ignore: bool,
+    /// Finding no scene at all is fine
+    #[arg(long)]
+    pub allow_empty: bool,
+}
+
+impl FileFlags {
+    /// The scenes that are meant.
+    ///
+    /// # Errors
+    /// As [`paths::find`].
+    pub fn find(&self) -> Result<Vec<PathBuf>, String> {
+        let FileFlags { exclude, force_exclude, no_ignore, allow_empty, .. } = self.clone();
+        paths::find(&self.paths, &Search { exclude, force_exclude, no_ignore, allow_empty })
+    }
+}
+
+/// How warnings are taken: `--deny`, `--warn` and `--allow`, the last of which holds.
+#[derive(Clone, Debug, Default)]
+pub struct LevelFlags(pub Levels);
+
+const LEVELS: [(&str, Level, &str); 3] = [
+    ("deny", Level::Deny, "Take a warning, or all `warnings`, as errors: --deny warnings"),
+    ("warn", Level::Warn, "Take a warning as one, whatever kinora.toml says"),
+    ("allow", Level::Allow, "Leave out a warning: --allow W0201,W0202"),
+];
+
+impl clap::Args for LevelFlags {
+    fn augment_args(command: Command) -> Command {
+        let flag = |(name, _, help): (&'static str, Level, &'static str)| {
+            Arg::new(name).long(name).value_name("CODE").value_delimiter(',').action(ArgAction::Append).help(help)
+        };
+        LEVELS.into_iter().fold(command, |command, row| command.arg(flag(row)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        LevelFlags::augment_args(command)
+    }
+}
+
+impl clap::FromArgMatches for LevelFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<LevelFlags, clap::Error> {
+        let mut said = Vec::new();
+        for (name, level, _) in LEVELS {
+            let words = matches.get_many::<String>(name).into_iter().flatten();
+            said.extend(matches.indices_of(name).into_iter().flatten().zip(words).map(|at| (at, name, level)));
+        }
+        said.sort_by_key(|((at, _), ..)| *at);
+        let mut levels = Levels::default();
+        for ((_, word), name, level) in said {
+            levels
+                .set(word.trim(), level)
+                .map_err(|message| clap::Error::raw(ErrorKind::ValueValidation, format!("--{name}: {message}\n")))?;
+        }
+        Ok(LevelFlags(levels))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = LevelFlags::from_arg_matches(matches)?;
+        Ok(())
     }
 }
 

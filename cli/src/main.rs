@@ -19,6 +19,7 @@ mod stop;
 mod terminal;
 #[cfg(feature = "viewer")]
 mod view;
+mod write;
 
 use std::ffi::OsString;
 use std::panic;

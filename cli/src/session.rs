@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kinora_animator::{Fault, Place, SampleError};
-use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list};
-use kinora_lang::files::{self, FileError, Files, Folder};
+use kinora_lang::diagnostic::{Diagnostic, Level, Levels, MAX_SHOWN, levels_of_project, list};
+use kinora_lang::files::{self, FileError, Files, Folder, PROJECT};
 use kinora_lang::source::{FileId, Source, Span, decode};
 use kinora_lang::syntax::ast::{Block, Item};
 use kinora_lang::{Evaluated, Overrides, Param, Tree, library};
@@ -32,6 +32,10 @@ pub struct Changes {
     pub seed: Option<u32>,
     /// Name of the camera.
     pub camera: Option<String>,
+    /// Leave meshes, models and pictures unopened.
+    pub no_assets: bool,
+    /// How warnings are taken, whatever the project says.
+    pub levels: Levels,
 }
 
 /// What comes of loading a scene.
@@ -48,6 +52,8 @@ pub struct Loaded {
     /// Every file that was asked for, found or not, the scene itself first. Absolute.
     #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer watches files"))]
     pub dependencies: Vec<PathBuf>,
+    /// How its warnings are taken. Those that are not shown are not among the diagnostics.
+    pub levels: Levels,
     tree: Tree,
     path: PathBuf,
     root: PathBuf,
@@ -98,25 +104,53 @@ pub fn project(path: &Path) -> Result<(Folder, String), String> {
 // `error` is what makes the text not worth evaluating.
 fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Path, changes: &Changes) -> Loaded {
     let tree = kinora_lang::parse(&source);
-    let Changes { params, sets, camera, .. } = changes.clone();
-    let overrides = Overrides { params, sets, camera };
-    let (evaluated, sources) = match error {
+    let Changes { params, sets, camera, no_assets, .. } = changes.clone();
+    let overrides = Overrides { params, sets, camera, no_assets };
+    let (evaluated, mut sources) = match error {
         Some(error) => (Err(vec![error]), vec![source.clone()]),
         None => kinora_lang::eval_project(&tree, &folder, &overrides),
     };
-    let (mut scene, diagnostics, params) = match evaluated {
+    let (mut scene, mut diagnostics, params) = match evaluated {
         Ok(Evaluated { scene, warnings, params, .. }) => (Some(scene), warnings, params),
         Err(diagnostics) => (None, diagnostics, Vec::new()),
     };
     if let Some(scene) = &mut scene {
         changes.apply(scene);
     }
+    let next = FileId(source.id.0 + sources.len() as u32);
+    let (levels, mut of_project) = levels(&folder, next, &mut sources);
+    if of_project.iter().any(Diagnostic::is_error) {
+        scene = None;
+    }
+    diagnostics.append(&mut of_project);
+    let levels = levels.then(&changes.levels);
+    diagnostics.retain(|found| found.is_error() || levels.level(found.code) != Level::Allow);
     let root = folder.root();
     let others = folder.dependencies().into_iter().filter(|found| *found.path != *source.name);
     let others = others.map(|found| root.join(&found.path));
     let dependencies = std::iter::once(root.join(&*source.name)).chain(others).collect();
     let (scene, path) = (scene.map(Arc::new), path.to_path_buf());
-    Loaded { scene, params, diagnostics, sources, dependencies, tree, path, root: root.to_path_buf() }
+    Loaded { scene, params, diagnostics, sources, dependencies, levels, tree, path, root: root.to_path_buf() }
+}
+
+/// How the project takes warnings, and what is wrong with its file, which then is one of the texts.
+fn levels(folder: &Folder, id: FileId, sources: &mut Vec<Source>) -> (Levels, Vec<Diagnostic>) {
+    const MOST_BYTES: u64 = 1 << 20;
+    let (source, error) = match folder.read_at_most(PROJECT, MOST_BYTES) {
+        Ok(bytes) => decode(id, PROJECT, &bytes),
+        Err(FileError::Missing { .. }) => return Default::default(),
+        Err(error) => {
+            let source = Source::new(id, PROJECT, "");
+            let found = error.diagnostic(id, Span::default());
+            (source, Some(found))
+        }
+    };
+    let (levels, wrong) = match error {
+        Some(error) => (Levels::default(), vec![error]),
+        None => levels_of_project(&source),
+    };
+    sources.push(source);
+    (levels, wrong)
 }
 
 impl Changes {
@@ -152,6 +186,15 @@ impl Loaded {
         }
         own.name = self.path.to_string_lossy().into();
         sources
+    }
+
+    /// The file on the disk that a text comes from; `None` where it comes from nowhere.
+    pub fn path_of(&self, id: FileId) -> Option<PathBuf> {
+        let (own, others) = self.sources.split_first()?;
+        match own.id == id {
+            true => Some(self.path.clone()),
+            false => others.iter().find(|source| source.id == id).map(|source| self.root.join(&*source.name)),
+        }
     }
 
     /// Whether a camera is written in the scene's own text, in a group or not.

@@ -46,6 +46,11 @@ pub fn err(text: &str) {
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
 }
 
+/// A text for a file: without colours.
+pub fn plain(text: &str) -> String {
+    anstream::adapter::strip_str(text).to_string()
+}
+
 /// `error: …` on stderr.
 pub fn error(message: &str) {
     err(&format!("\x1b[1;31merror\x1b[0m\x1b[1m: {message}\x1b[0m\n"));

@@ -18,6 +18,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+/// The file that makes a folder a project, and says what holds in all of it.
+pub const PROJECT: &str = "kinora.toml";
+
 /// Most bytes an asset may have, unless its reader says less.
 pub const MAX_ASSET_BYTES: u64 = 2 << 30;
 
@@ -336,7 +339,7 @@ impl Folder {
             _ => Path::new("."),
         };
         let parent = parent.canonicalize()?;
-        let root = parent.ancestors().find(|folder| folder.join("kinora.toml").is_file()).unwrap_or(&parent);
+        let root = parent.ancestors().find(|folder| folder.join(PROJECT).is_file()).unwrap_or(&parent);
         // Whoever calls the scene by another case means the scene; only what is written in scenes must work everywhere.
         let real = parent.join(name).canonicalize().ok();
         let real = real

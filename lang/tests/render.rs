@@ -44,7 +44,7 @@ fn short() {
 #[test]
 fn json() {
     let source = source("sphere a {\n  /* é😀 */ radius 0.5\n}\n");
-    let text = to_json(parse(&source).errors(), std::slice::from_ref(&source));
+    let text = to_json(parse(&source).errors(), std::slice::from_ref(&source), &[]);
     insta::assert_snapshot!(text);
 }
 
@@ -68,7 +68,7 @@ fn spans_are_clamped() {
                     assert!(shown.contains("message") && shown.ends_with('\n'), "{shown}");
                     assert_eq!(shown.contains('\u{1B}'), color);
                 }
-                assert!(to_json(&[found], std::slice::from_ref(&source)).starts_with('['));
+                assert!(to_json(&[found], std::slice::from_ref(&source), &[]).starts_with('['));
             }
         }
     }

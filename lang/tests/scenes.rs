@@ -2,15 +2,18 @@
 
 mod support;
 
-use kinora_lang::diagnostic::{Diagnostic, codes};
+use std::path::{Path, PathBuf};
+
+use kinora_lang::diagnostic::{Diagnostic, Style, codes, render};
 use kinora_lang::files::Memory;
 use kinora_lang::source::{FileId, Source};
-use kinora_lang::{Evaluated, Overrides, eval, parse};
+use kinora_lang::{Evaluated, Overrides, eval, eval_project, parse};
+use support::{Case, Found};
 
 /// What the cases may read: `cube.ply` and `cube.obj` are sound, the others are not.
-fn files() -> Memory {
+fn files<'a>(more: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> Memory {
     let cube = include_bytes!("assets/cube.ply").as_slice();
-    Memory::new([
+    let known: Vec<(&str, &[u8])> = vec![
         ("cube.ply", cube),
         ("cube.obj", include_bytes!("assets/cube.obj")),
         ("cut.ply", &cube[..cube.len() / 2]),
@@ -44,18 +47,21 @@ fn files() -> Memory {
         ("broken.gltf", br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":3},{"rotation":[0,0,0,2]}]}"#),
         ("away.gltf", br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"../away.bin"}]}"#),
         ("picture.gltf", br#"{"asset":{"version":"2.0"},"images":[{"uri":"data:image/png;base64,AAAA"}]}"#),
-    ])
+    ];
+    Memory::new(known.into_iter().chain(more))
 }
 
 fn evaluate(text: &str, overrides: &Overrides) -> Result<Evaluated, Vec<Diagnostic>> {
-    eval(&parse(&Source::new(FileId(0), "a.kin", text)), &files(), overrides)
+    eval(&parse(&Source::new(FileId(0), "a.kin", text)), &files([]), overrides)
 }
 
-fn found(source: &Source) -> Vec<Diagnostic> {
-    match eval(&parse(source), &files(), &Overrides::default()) {
-        Ok(evaluated) => evaluated.warnings,
-        Err(diagnostics) => diagnostics,
-    }
+fn found(case: &Case) -> Found {
+    let ((name, text), others) = case.files.split_first().unwrap();
+    let files = files(others.iter().map(|(name, text)| (name.as_str(), text.as_bytes())));
+    let overrides = Overrides { params: case.params.clone(), ..Overrides::default() };
+    let (evaluated, sources) =
+        eval_project(&parse(&Source::new(FileId(0), name.as_str(), text.as_str())), &files, &overrides);
+    (evaluated.map_or_else(|diagnostics| diagnostics, |evaluated| evaluated.warnings), sources)
 }
 
 fn errors(text: &str, overrides: &Overrides) -> Vec<(&'static str, String)> {
@@ -67,7 +73,7 @@ fn errors(text: &str, overrides: &Overrides) -> Vec<(&'static str, String)> {
 
 /// Codes that no scene text alone can have; they are tested below or beside their code.
 const ELSEWHERE: &[&str] =
-    &["E0305", "E0413", "E0414", "E0703", "E0705", "E0711", "E0712", "E0806", "E0807", "E1003", "E1005", "E1007"];
+    &["E0305", "E0705", "E0711", "E0712", "E0713", "W0714", "E0806", "E0807", "E1003", "E1005", "E1007"];
 
 #[test]
 fn cases() {
@@ -84,21 +90,47 @@ fn cases() {
     }
 }
 
-/// What `kinora explain` shows as bad is bad, and what it shows as good is good.
+/// Codes whose examples are no scenes of texts alone: they take a link, a file of many MiB, another encoding, a picture,
+/// the project's file, or a fault of the program.
+const NO_SCENES: &[&str] = &[
+    "E0119", "E0705", "E0711", "E0712", "E0713", "W0714", "E0806", "E0807", "W0809", "W0811", "E1005", "E1007",
+];
+
+/// What `kinora explain` shows as bad is bad, and what it shows as good is good: this makes the pages about the codes.
 #[test]
-fn examples_of_codes() {
-    // The parser's codes have examples that are no whole scenes; their test is beside the parser's cases.
-    for row in codes::all().into_iter().filter(|row| !row.code.starts_with("E01") && row.code != "E0305") {
-        let found = |text: &str| found(&Source::new(FileId(0), "a.kin", text));
-        if !row.bad.is_empty() {
-            let codes: Vec<_> = found(row.bad).iter().map(|found| found.code).collect();
-            // What a late import leaves unsaid is said, too.
-            assert!(codes == [row.code] || row.code == "E0707" && codes.contains(&row.code), "{}: {codes:?}", row.code);
+fn examples_and_pages_of_codes() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let mut index = String::from(
+        "# Diagnostics\n\nEvery code that `kinora check` knows. `kinora explain CODE` shows the same page; \
+         [check.md](check.md) says how to allow warnings.\n\n| code | |\n|---|---|\n",
+    );
+    let mut stale = Vec::new();
+    let mut keep = |path: PathBuf, text: &str| {
+        if std::fs::read_to_string(&path).is_ok_and(|page| page == text) {
+            return;
         }
-        if !row.good.is_empty() {
-            assert_eq!(found(row.good), [], "{}", row.code);
+        match std::env::var_os("UPDATE_EXPECT") {
+            Some(_) => std::fs::write(path, text).unwrap(),
+            None => stale.push(path),
         }
+    };
+    for row in codes::all() {
+        index += &format!("| [{}](diagnostics/{}.md) | {} |\n", row.code, row.code, row.title);
+        let mut page = codes::page(&row);
+        assert!(!row.bad.is_empty() && !row.good.is_empty(), "{} has no examples", row.code);
+        if !NO_SCENES.contains(&row.code) {
+            let (bad, sources) = found(&Case::read("scene.kin", row.bad));
+            let codes: Vec<_> = bad.iter().map(|found| found.code).collect();
+            assert!(codes.contains(&row.code), "{}: {bad:?}", row.code);
+            let said: Vec<String> = bad.iter().map(|found| render(found, &sources, Style::default())).collect();
+            page += &format!("\nWhat is said of the first:\n\n```text\n{}```\n", said.join("\n"));
+            assert_eq!(found(&Case::read("scene.kin", row.good)).0, [], "{}", row.code);
+        }
+        keep(docs.join(format!("diagnostics/{}.md", row.code)), &page);
     }
+    keep(docs.join("diagnostics.md"), &index);
+    let count = std::fs::read_dir(docs.join("diagnostics")).unwrap().count();
+    assert_eq!((count, stale), (codes::all().len(), Vec::new()), "UPDATE_EXPECT=1 writes the pages anew");
 }
 
 const HEAD: &str = "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\n";

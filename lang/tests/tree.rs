@@ -29,7 +29,7 @@ fn check(text: &str) -> Tree {
         let sources = [source.clone()];
         render(error, &sources, Style::default());
         render_short(error, &sources);
-        to_json(tree.errors(), &sources);
+        to_json(tree.errors(), &sources, &sources);
     }
     tree
 }

@@ -1,6 +1,7 @@
 //! `kinora explain`: the long text behind a code.
 
 use kinora_lang::diagnostic::codes::{self, Row};
+use kinora_lang::diagnostic::{no_code, severity};
 use serde::Serialize;
 
 use crate::exit::{self, Outcome};
@@ -25,40 +26,29 @@ pub struct Args {
 #[derive(Serialize)]
 struct Record {
     code: &'static str,
+    severity: &'static str,
     title: &'static str,
     text: &'static str,
     bad: &'static str,
     good: &'static str,
+    url: String,
 }
 
 pub fn run(args: &Args) -> Outcome {
     let rows = match &args.code {
-        Some(code) => vec![codes::find(code).ok_or_else(|| unknown(code))?],
+        Some(code) => vec![codes::find(code).ok_or_else(|| no_code(code))?],
         None => codes::all(),
     };
-    let record = |row: &Row| Record { code: row.code, title: row.title, text: row.text, bad: row.bad, good: row.good };
+    let record = |row: &Row| {
+        let Row { code, title, text, bad, good } = *row;
+        Record { code, severity: severity(code).name(), title, text, bad, good, url: codes::url(code) }
+    };
     let records: Vec<Record> = rows.iter().map(record).collect();
     let text = match (args.json, records.as_slice()) {
-        (false, _) => rows.iter().map(codes::explain).collect::<Vec<_>>().join("\n"),
+        (false, _) => rows.iter().map(codes::page).collect::<Vec<_>>().join("\n"),
         (true, [one]) if !args.all => terminal::json(one),
         (true, all) => terminal::json(&all),
     };
     terminal::out(&text)?;
     Ok(exit::CLEAN)
-}
-
-/// The codes that differ in one place, or that begin like it.
-fn unknown(code: &str) -> String {
-    let upper = code.trim().to_ascii_uppercase();
-    let rows = codes::all();
-    let near = |row: &&Row| {
-        let same = row.code.chars().zip(upper.chars()).filter(|(a, b)| a == b).count();
-        let begins = upper.len() > 2 && row.code.starts_with(&upper);
-        begins || same + 1 == row.code.len().max(upper.chars().count()) || row.code.get(1..) == Some(&*upper)
-    };
-    let near: Vec<&str> = rows.iter().filter(near).map(|row| row.code).take(3).collect();
-    match near.as_slice() {
-        [] => format!("there is no code `{code}`; `kinora explain --all` lists them"),
-        near => format!("there is no code `{code}`; did you mean {}?", near.join(", ")),
-    }
 }

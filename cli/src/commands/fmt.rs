@@ -1,6 +1,6 @@
 //! `kinora fmt`: the one way a scene is laid out.
 
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, list};
@@ -9,16 +9,17 @@ use kinora_lang::source::{FileId, MAX_SOURCE_BYTES, Source, decode};
 use similar::TextDiff;
 
 use crate::exit::{self, Outcome};
-use crate::{paths, report, terminal};
+use crate::flags::FileFlags;
+use crate::write::write;
+use crate::{report, terminal};
 
 /// Lay scenes out in the one way there is: every comment stays, and the picture is the same.
 ///
 /// Example: kinora fmt examples --check
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Scenes, and folders to look for *.kin in; - takes a scene from standard input to standard output
-    #[arg(required = true)]
-    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    files: FileFlags,
     /// List the files that would change, write nothing, and end with exit code 1 if there are any
     #[arg(long)]
     check: bool,
@@ -44,7 +45,7 @@ enum Done {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let files = paths::find(&args.paths)?;
+    let files = args.files.find()?;
     let (mut changed, mut partly, mut left) = (0, 0, 0);
     for file in &files {
         // A file that cannot be read or written keeps none of the others from being laid out.
@@ -141,23 +142,4 @@ fn show(found: &[Diagnostic], source: &Source) {
     if !found.is_empty() {
         terminal::err(&report::full(&list(found.to_vec(), MAX_SHOWN), std::slice::from_ref(source)));
     }
-}
-
-/// Writes a file beside its place and then all of it at once, with the permissions that it had. A link stays one.
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    let write = || -> std::io::Result<()> {
-        let path = path.canonicalize()?;
-        let permissions = std::fs::metadata(&path)?.permissions();
-        if permissions.readonly() {
-            return Err(std::io::ErrorKind::PermissionDenied.into());
-        }
-        let folder = path.parent().unwrap_or(Path::new("."));
-        let mut beside = tempfile::Builder::new().prefix(".kinora-").suffix(".tmp").tempfile_in(folder)?;
-        beside.write_all(text.as_bytes())?;
-        beside.as_file().set_permissions(permissions)?;
-        beside.as_file().sync_all()?;
-        beside.persist(&path)?;
-        Ok(())
-    };
-    write().map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }

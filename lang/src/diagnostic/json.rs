@@ -1,6 +1,6 @@
 //! Diagnostics for programs: one record each.
 
-use super::{Diagnostic, Edit, Fix, Label};
+use super::{Diagnostic, Edit, Fix, Label, codes};
 use crate::source::{FileId, Source, Span};
 use serde::Serialize;
 
@@ -15,11 +15,15 @@ struct Record<'a> {
     message: &'a str,
     /// Path from the project's root; null where the finding has no place.
     file: Option<&'a str>,
+    /// Path from the current folder.
+    path: Option<&'a str>,
     span: Option<Place>,
     labels: Vec<LabelRecord<'a>>,
     notes: &'a [String],
     helps: &'a [String],
     fixes: Vec<FixRecord<'a>>,
+    /// The page about the code.
+    url: String,
 }
 
 /// Offsets are bytes from 0; lines and columns count from 1, `col` in characters, `utf16` in UTF-16 units.
@@ -58,14 +62,21 @@ struct EditRecord<'a> {
 }
 
 /// The diagnostics as a JSON array, with a line break at its end. Spans of files that are not in `sources` are null.
-pub fn to_json(diagnostics: &[Diagnostic], sources: &[Source]) -> String {
-    let records: Vec<Record<'_>> = diagnostics.iter().map(|found| record(found, sources)).collect();
+/// `from_here` are the same texts, named from the current folder.
+pub fn to_json(diagnostics: &[Diagnostic], sources: &[Source], from_here: &[Source]) -> String {
+    let records: Vec<Record<'_>> = diagnostics.iter().map(|found| record(found, sources, from_here)).collect();
     // Strings and integers always serialise.
     let text = serde_json::to_string_pretty(&records).unwrap_or_else(|_| "[]".to_string());
     text + "\n"
 }
 
-fn record<'a>(found: &'a Diagnostic, sources: &'a [Source]) -> Record<'a> {
+/// The same records, one a line.
+pub fn to_json_lines(diagnostics: &[Diagnostic], sources: &[Source], from_here: &[Source]) -> String {
+    let line = |found| serde_json::to_string(&record(found, sources, from_here)).unwrap_or_default() + "\n";
+    diagnostics.iter().map(line).collect()
+}
+
+fn record<'a>(found: &'a Diagnostic, sources: &'a [Source], from_here: &'a [Source]) -> Record<'a> {
     let first = found.labels.first();
     Record {
         version: JSON_VERSION,
@@ -73,11 +84,13 @@ fn record<'a>(found: &'a Diagnostic, sources: &'a [Source]) -> Record<'a> {
         severity: found.severity.name(),
         message: &found.message,
         file: first.and_then(|label| name(label.file, sources)),
+        path: first.and_then(|label| name(label.file, from_here)),
         span: first.and_then(|label| place(label.file, label.span, sources)),
         labels: found.labels.iter().map(|label| label_record(label, sources)).collect(),
         notes: &found.notes,
         helps: &found.helps,
         fixes: found.fixes.iter().map(|fix| fix_record(fix, sources)).collect(),
+        url: codes::url(found.code),
     }
 }
 

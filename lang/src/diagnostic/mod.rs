@@ -14,12 +14,18 @@
 //! assert!(diagnostic.is_error());
 //! ```
 
+mod allow;
 pub mod codes;
+mod fix;
 mod json;
+mod levels;
 mod limit;
 mod render;
 
-pub use json::{JSON_VERSION, to_json};
+pub use allow::honour;
+pub use fix::{apply, choose};
+pub use json::{JSON_VERSION, to_json, to_json_lines};
+pub use levels::{Level, Levels, levels_of_project, no_code};
 pub use limit::{Listing, MAX_SHOWN, list, sort};
 pub use render::{Style, render, render_short};
 
@@ -42,6 +48,11 @@ impl Severity {
             Severity::Warning => "warning",
         }
     }
+}
+
+/// The severity of a code by itself: its letter is `E` or `W`.
+pub fn severity(code: &str) -> Severity {
+    if code.starts_with('W') { Severity::Warning } else { Severity::Error }
 }
 
 /// A place in the text and what to say about it.
@@ -123,9 +134,8 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// A diagnostic without places. The severity comes from the code's letter: `E` or `W`.
     pub fn new(code: &'static str, message: impl Into<String>) -> Diagnostic {
-        let severity = if code.starts_with('W') { Severity::Warning } else { Severity::Error };
         let (labels, notes, helps, fixes) = Default::default();
-        Diagnostic { code, severity, message: message.into(), labels, notes, helps, fixes }
+        Diagnostic { code, severity: severity(code), message: message.into(), labels, notes, helps, fixes }
     }
 
     /// Sets the primary label.

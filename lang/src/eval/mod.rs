@@ -49,6 +49,8 @@ pub struct Overrides {
     pub sets: Vec<(String, String)>,
     /// `--camera NAME`
     pub camera: Option<String>,
+    /// `--no-assets`: meshes, models and pictures are not opened, and the scene lacks them.
+    pub no_assets: bool,
 }
 
 /// What comes of a scene without errors.
@@ -99,7 +101,7 @@ fn eval_modules(
         Err(error) => ended(format!("no thread: {error}")),
     };
     let mut lowered = lowered;
-    if let Some(lowered) = &mut lowered {
+    if let Some(lowered) = lowered.as_mut().filter(|_| !overrides.no_assets) {
         assets::load_meshes(lowered, files, &modules.texts, &mut diagnostics);
         assets::load_textures(lowered, files, &modules.texts, &mut diagnostics);
         assets::load_sky(lowered, files, &modules.texts, &mut diagnostics);
@@ -110,7 +112,8 @@ fn eval_modules(
         modules.explain(found);
     }
     diagnostics.extend(modules.diagnostics.iter().cloned());
-    let mut diagnostics = diagnostic::list(diagnostics, usize::MAX).shown;
+    diagnostics = diagnostic::honour(diagnostics, &modules.sources());
+    diagnostic::sort(&mut diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     match lowered {
         Some(Lowered { scene, .. }) if !failed => {

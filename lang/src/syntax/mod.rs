@@ -20,4 +20,5 @@ pub(crate) use expr::level_of;
 pub use kind::SyntaxKind;
 pub use part::Part;
 pub use scan::MAX_NESTING;
+pub(crate) use scan::starts_comment;
 pub use tree::{Tree, parse, parse_value};

@@ -10,16 +10,55 @@
 //! ```
 //!
 //! `|` stands for an empty span, `^^^>` for one that goes on over the line's end, `<1` for one that starts in column 1 or
-//! 2, where the comment's slashes are, and `//!` for a diagnostic without a place. The comments are taken out before the
-//! scene is read. `UPDATE_EXPECT=1 cargo test` writes them anew.
+//! 2, where the comment's slashes are, and `//!` for a diagnostic without a place, or in a file that is not of the case.
+//! The comments are taken out before the scene is read. `UPDATE_EXPECT=1 cargo test` writes them anew.
+//!
+//! A line `// --- lib/paint.kin` begins another file of the case; `// -D name=value` stands for that flag.
 
-use kinora_lang::diagnostic::{Applicability, Diagnostic, Fix};
-use kinora_lang::source::{FileId, Source, Span};
+use kinora_lang::diagnostic::{Applicability, Diagnostic, apply};
+use kinora_lang::source::{Source, Span};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+/// A scene with what it comes with.
+#[derive(Clone)]
+pub struct Case {
+    /// Name and text of its files, the scene first.
+    pub files: Vec<(String, String)>,
+    /// Names and values of `-D`.
+    pub params: Vec<(String, String)>,
+}
+
+const FILE: &str = "// --- ";
+const PARAM: &str = "// -D ";
+
+impl Case {
+    /// Reads a scene and the files behind it.
+    pub fn read(name: &str, text: &str) -> Case {
+        let (mut files, mut params) = (vec![(name.to_string(), String::new())], Vec::new());
+        for line in text.split_inclusive('\n') {
+            if let Some(name) = line.strip_prefix(FILE) {
+                files.push((name.trim().to_string(), String::new()));
+                continue;
+            }
+            if let Some((name, value)) = line.strip_prefix(PARAM).and_then(|given| given.split_once('=')) {
+                params.push((name.trim().to_string(), value.trim().to_string()));
+            }
+            files.last_mut().unwrap().1 += line;
+        }
+        Case { files, params }
+    }
+
+    fn with(&self, files: Vec<(String, String)>) -> Case {
+        Case { files, params: self.params.clone() }
+    }
+}
+
+/// What is found, in which texts.
+pub type Found = (Vec<Diagnostic>, Vec<Source>);
+
 /// Checks every `.kin` file under `tests/suite/FOLDER`, sorted; returns the codes that were expected.
-pub fn run(folder: &str, check: impl Fn(&Source) -> Vec<Diagnostic>) -> Vec<String> {
+pub fn run(folder: &str, check: impl Fn(&Case) -> Found) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/suite").join(folder);
     let mut files = Vec::new();
     collect(&root, &mut files);
@@ -30,19 +69,21 @@ pub fn run(folder: &str, check: impl Fn(&Source) -> Vec<Diagnostic>) -> Vec<Stri
     for path in files {
         let name = path.strip_prefix(&root).unwrap_or(&path).display().to_string().replace('\\', "/");
         let file = std::fs::read_to_string(&path).unwrap();
-        let text = without_expectations(&file);
-        let read = |text: &str| check(&Source::new(FileId(0), name.as_str(), text));
-        let found = read(&text);
+        let case = Case::read(&name, &without_expectations(&file));
+        let (found, sources) = check(&case);
         codes.extend(found.iter().map(|found| found.code.to_string()));
-        let actual = with_expectations(&text, &found);
+        let actual = with_expectations(&case, &found, &sources);
         if actual != file && std::env::var_os("UPDATE_EXPECT").is_some() {
             std::fs::write(&path, &actual).unwrap();
         } else if actual != file {
             writeln!(failed, "--- {name}: expected\n{file}\n--- {name}: found\n{actual}").unwrap();
         }
-        failed += &bad_fixes(&name, &text, &found, read);
+        failed += &bad_fixes(&name, &case, &(found, sources), &check);
+        let text = &case.files[0].1;
         for (end, _) in text.char_indices() {
-            read(&text[..end]);
+            let mut files = case.files.clone();
+            files[0].1.truncate(end);
+            check(&case.with(files));
         }
     }
     assert!(failed.is_empty(), "{failed}");
@@ -87,25 +128,41 @@ fn is_detail(line: &str) -> bool {
     ["// note: ", "// help: ", "// fix (", "// see "].iter().any(|start| line.starts_with(start))
 }
 
-fn with_expectations(text: &str, found: &[Diagnostic]) -> String {
-    let source = Source::new(FileId(0), "", text);
+fn with_expectations(case: &Case, found: &[Diagnostic], sources: &[Source]) -> String {
+    let source_of = |found: &Diagnostic| {
+        let (file, _) = found.place()?;
+        sources.iter().find(|source| source.id == file)
+    };
     let mut out = String::new();
-    for found in found.iter().filter(|found| found.labels.is_empty()) {
-        writeln!(out, "//! {} {}", found.code, found.message).unwrap();
-        details(&mut out, &source, found);
+    for found in found {
+        match source_of(found) {
+            Some(source) if case.files.iter().any(|(name, _)| *name == *source.name) => continue,
+            Some(source) => {
+                let at = source.position(found.place().unwrap().1.start);
+                writeln!(out, "//! {} {} ({}:{}:{})", found.code, found.message, source.name, at.line, at.column)
+            }
+            None => writeln!(out, "//! {} {}", found.code, found.message),
+        }
+        .unwrap();
+        details(&mut out, sources, found);
     }
-    for (index, line) in text.split_inclusive('\n').enumerate() {
-        out += line;
-        for found in found {
-            let Some((_, span)) = found.place() else { continue };
-            if source.position(span.start).line as usize != index + 1 {
-                continue;
+    for (index, (name, text)) in case.files.iter().enumerate() {
+        if index > 0 {
+            writeln!(out, "{FILE}{name}").unwrap();
+        }
+        for (index, line) in text.split_inclusive('\n').enumerate() {
+            out += line;
+            for found in found {
+                let Some((source, (_, span))) = source_of(found).zip(found.place()) else { continue };
+                if *source.name != **name || source.position(span.start).line as usize != index + 1 {
+                    continue;
+                }
+                if !out.ends_with('\n') {
+                    out.push('\n');
+                }
+                writeln!(out, "{} {} {}", marker(source, span), found.code, found.message).unwrap();
+                details(&mut out, sources, found);
             }
-            if !out.ends_with('\n') {
-                out.push('\n');
-            }
-            writeln!(out, "{} {} {}", marker(&source, span), found.code, found.message).unwrap();
-            details(&mut out, &source, found);
         }
     }
     out
@@ -128,10 +185,16 @@ fn marker(source: &Source, span: Span) -> String {
     }
 }
 
-fn details(out: &mut String, source: &Source, found: &Diagnostic) {
-    for label in found.labels.iter().skip(1) {
+fn details(out: &mut String, sources: &[Source], found: &Diagnostic) {
+    for (index, label) in found.labels.iter().enumerate() {
+        if label.primary {
+            continue;
+        }
+        let Some(source) = sources.iter().find(|source| source.id == label.file) else { continue };
         let place = source.position(label.span.start);
-        writeln!(out, "// see {}:{}: {}", place.line, place.column, label.text).unwrap();
+        let other = if found.labels[0].file == label.file && index > 0 { "" } else { &*source.name };
+        let colon = if other.is_empty() { "" } else { ":" };
+        writeln!(out, "// see {other}{colon}{}:{}: {}", place.line, place.column, label.text).unwrap();
     }
     for note in &found.notes {
         writeln!(out, "// note: {note}").unwrap();
@@ -145,33 +208,28 @@ fn details(out: &mut String, source: &Source, found: &Diagnostic) {
 }
 
 /// Applies each safe fix alone: its diagnostic must go, and none may come.
-fn bad_fixes(name: &str, text: &str, found: &[Diagnostic], read: impl Fn(&str) -> Vec<Diagnostic>) -> String {
+fn bad_fixes(name: &str, case: &Case, (found, sources): &Found, check: impl Fn(&Case) -> Found) -> String {
     let mut failed = String::new();
     let keys = |found: &[Diagnostic]| -> Vec<(String, String)> {
         found.iter().map(|found| (found.code.to_string(), found.message.clone())).collect()
     };
     for (index, diagnostic) in found.iter().enumerate() {
         for fix in diagnostic.fixes.iter().filter(|fix| fix.applicability == Applicability::Safe) {
-            let fixed = apply(text, fix);
+            let mut files = case.files.clone();
+            for (name, text) in &mut files {
+                if let Some(source) = sources.iter().find(|source| *source.name == **name) {
+                    *text = apply(text, source.id, &fix.edits);
+                }
+            }
             let mut left = keys(found);
             left.remove(index);
-            for key in keys(&read(&fixed)) {
+            for key in keys(&check(&case.with(files.clone())).0) {
                 match left.iter().position(|left| *left == key) {
                     Some(known) => drop(left.remove(known)),
-                    None => writeln!(failed, "{name}: after `{}` comes {key:?}:\n{fixed}", fix.message).unwrap(),
+                    None => writeln!(failed, "{name}: after `{}` comes {key:?}:\n{files:?}", fix.message).unwrap(),
                 }
             }
         }
     }
     failed
-}
-
-fn apply(text: &str, fix: &Fix) -> String {
-    let mut edits = fix.edits.clone();
-    edits.sort_by_key(|edit| std::cmp::Reverse(edit.span));
-    let mut text = text.to_string();
-    for edit in edits {
-        text.replace_range(edit.span.start as usize..edit.span.end as usize, &edit.insert);
-    }
-    text
 }
