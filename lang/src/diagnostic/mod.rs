@@ -20,7 +20,7 @@ mod limit;
 mod render;
 
 pub use json::{JSON_VERSION, to_json};
-pub use limit::{Listing, MAX_SHOWN, list, sort};
+pub use limit::{Kept, Listing, MAX_SHOWN, MOST, list, sort};
 pub use render::{Style, render, render_short};
 
 use crate::source::{FileId, Span};
