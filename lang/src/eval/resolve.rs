@@ -12,6 +12,7 @@ use crate::dimension;
 use crate::eval::coerce::{nearest_word, wrong_word};
 use crate::eval::expr::short_text;
 use crate::eval::items::{TYPES, kind_text, set_twice};
+use crate::eval::surface::is_point;
 use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
 use crate::source::{FileId, Span, Texts};
@@ -1162,6 +1163,9 @@ impl<'a> Resolver<'a> {
                     self.early.push((id, diagnostic));
                 }
             }
+            return;
+        }
+        if is_point(name) && wanted.sort.is_none() {
             return;
         }
         if single && !wanted.words.is_empty() {

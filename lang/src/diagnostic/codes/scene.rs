@@ -441,6 +441,13 @@ pub(super) const ROWS: &[Row] = &[
         "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nfor i in 0..4 { sphere { position: (i, 0, 0), visible: time > i * 1s } }",
     ),
     row(
+        "E0613",
+        "a value of a surface's point elsewhere",
+        "`p`, `p_local`, `uv` and `normal` are known where a ray meets a surface, so only what is asked there can depend on them: the colours and ratios of materials.",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { radius: 1m + 0.1 * p.x }",
+        "lang 1\ncamera main { position: (0, 0, 4) }\nsky { color: #fff }\nsphere ball { material: diffuse { roughness: 0.5 + 0.5 * noise(p) } }",
+    ),
+    row(
         "E0602",
         "keys out of order",
         "Keys are written from the earliest to the latest.",
