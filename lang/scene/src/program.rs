@@ -137,7 +137,7 @@ struct Flow<'t> {
 
 /// A value before it has a register.
 #[derive(Clone, Copy, PartialEq)]
-enum From {
+enum Read {
     Made(Register),
     Number(f32),
     Point(Point, u8),
@@ -152,12 +152,12 @@ impl<'t> Flow<'t> {
         self.tape.code.get(register as usize).copied().unwrap_or(Instruction::Const(f64::NAN))
     }
 
-    fn from(&self, register: Register) -> From {
+    fn read(&self, register: Register) -> Read {
         match self.at(register) {
-            Instruction::Point(point, part) => From::Point(point, part),
-            Instruction::Const(number) => From::Number(number as f32),
-            _ if self.varying.get(register as usize) == Some(&true) => From::Made(register),
-            _ => From::Number(f32::NAN),
+            Instruction::Point(point, part) => Read::Point(point, part),
+            Instruction::Const(number) => Read::Number(number as f32),
+            _ if self.varying.get(register as usize) == Some(&true) => Read::Made(register),
+            _ => Read::Number(f32::NAN),
         }
     }
 
@@ -165,7 +165,7 @@ impl<'t> Flow<'t> {
     fn below(&self, register: Register) -> Vec<Register> {
         let mut below = Vec::new();
         self.at(register).reads(|other| {
-            if let From::Made(other) = self.from(other)
+            if let Read::Made(other) = self.read(other)
                 && !below.contains(&other)
             {
                 below.push(other);
@@ -175,7 +175,7 @@ impl<'t> Flow<'t> {
     }
 
     fn roots(&self) -> impl Iterator<Item = Register> {
-        self.tape.outputs.iter().copied().filter(|&output| matches!(self.from(output), From::Made(_)))
+        self.tape.outputs.iter().copied().filter(|&output| matches!(self.read(output), Read::Made(_)))
     }
 
     /// All that is needed, as written.
@@ -253,12 +253,12 @@ impl<'t> Flow<'t> {
         for &register in order {
             let (operation, reads) = match self.at(register) {
                 // A product has the sign that a power by logarithms must work out.
-                Instruction::Binary(Binary::Pow, a, b) if self.from(b) == From::Number(2.0) => {
+                Instruction::Binary(Binary::Pow, a, b) if self.read(b) == Read::Number(2.0) => {
                     (Operation::Binary(Binary::Mul), vec![a, a])
                 }
                 other => operation(other)?,
             };
-            let from = reads.iter().map(|&other| self.from(other));
+            let from = reads.iter().map(|&other| self.read(other));
             let below = self.below(register);
             emitter.step(operation, &from.collect::<Vec<_>>(), Some(register), || {
                 let mut done = Vec::new();
@@ -272,9 +272,9 @@ impl<'t> Flow<'t> {
                 done
             });
         }
-        let outputs = self.tape.outputs.iter().map(|&output| match self.from(output) {
-            From::Made(register) => emitter.place(register),
-            From::Point(point, part) => Operand::Point(point, part),
+        let outputs = self.tape.outputs.iter().map(|&output| match self.read(output) {
+            Read::Made(register) => emitter.place(register),
+            Read::Point(point, part) => Operand::Point(point, part),
             number => emitter.step(Operation::Copy, &[number], None, Vec::new),
         });
         let outputs = outputs.collect();
@@ -322,7 +322,7 @@ impl Emitter {
     fn step(
         &mut self,
         operation: Operation,
-        from: &[From],
+        from: &[Read],
         result: Option<Register>,
         done: impl FnOnce() -> Vec<Register>,
     ) -> Operand {
@@ -331,13 +331,13 @@ impl Emitter {
         let mut operands = Vec::with_capacity(3);
         for &from in from {
             operands.push(match from {
-                From::Made(register) => self.place(register),
-                From::Point(point, part) => Operand::Point(point, part),
-                From::Number(value) if number.is_none_or(|number| number.to_bits() == value.to_bits()) => {
+                Read::Made(register) => self.place(register),
+                Read::Point(point, part) => Operand::Point(point, part),
+                Read::Number(value) if number.is_none_or(|number| number.to_bits() == value.to_bits()) => {
                     number = Some(value);
                     Operand::Number
                 }
-                From::Number(value) => {
+                Read::Number(value) => {
                     let to = self.take();
                     copies.push(to);
                     let from = [Operand::Number; 3];

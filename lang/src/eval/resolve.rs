@@ -1165,7 +1165,7 @@ impl<'a> Resolver<'a> {
             }
             return;
         }
-        if is_point(name) && wanted.sort.is_none() {
+        if is_point(name) {
             return;
         }
         if single && !wanted.words.is_empty() {
