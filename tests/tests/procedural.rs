@@ -9,7 +9,7 @@ use kinora_tests::world;
 
 /// A picture of what is 2 m wide and lies about z = 0, each pixel a point in its middle.
 const HEAD: &str = "lang 1
-render { resolution: (8, 8), filter: box, filter_width: 0.001, samples: 1, max_bounces: 1 }
+render { resolution: (8, 8), filter: box, filter_width: 0.000001, samples: 1, max_bounces: 1 }
 camera { position: (0, 0, 10), look_at: (0, 0, 0), projection: orthographic, height: 2 }
 sky { color: linear(1, 1, 1) }
 ";
@@ -58,8 +58,8 @@ fn functions() {
         ("(asin(x) + acos(y) + atan(3 * x)) / 1rad", |x, y| x.asin() + y.acos() + (3.0 * x).atan()),
         ("atan2(y, x) / 1rad", |x, y| y.atan2(x)),
         ("min(x, y, 0.3) + max(x, -y)", |x, y| x.min(y).min(0.3) + x.max(-y)),
-        ("if x < y && y > 0 || floor(4 * x) == 1 { 3 } else { -3 }", |x, y| {
-            if x < y && y > 0.0 || (4.0 * x).floor() == 1.0 { 3.0 } else { -3.0 }
+        ("if x + 0.1 < y && y > 0 || floor(4 * x) == 1 { 3 } else { -3 }", |x, y| {
+            if x + 0.1 < y && y > 0.0 || (4.0 * x).floor() == 1.0 { 3.0 } else { -3.0 }
         }),
         ("if !(x <= 0.1) { x } else { if y >= 0.2 { y } else { 5 } }", |x, y| {
             if x > 0.1 {
@@ -182,8 +182,8 @@ fn ratios_and_light() {
     check("opacity", &world(&text), 0.12, |at| DVec3::splat(if at.x > 0.0 { 3.0 * (0.5 - 0.5 * at.y) } else { 0.0 }));
     // The amount of a mixture.
     let text = format!(
-        "{head}{QUAD}diffuse a {{ color: #000 }}\ndiffuse b {{ color: linear(1, 1, 1) }}
-        let m = mix(a, b, amount: uv.x)"
+        "{head}diffuse a {{ color: #000 }}\ndiffuse b {{ color: linear(1, 1, 1) }}
+quad {{ normal: (0, 0, 1), size: (2, 2), material: mix(a, b, amount: uv.x) }}"
     );
     check("amount", &world(&text), 0.04, |at| DVec3::splat(0.5 + 0.5 * at.x));
     let text = format!("{HEAD}{QUAD}emitter m {{ color: linear(uv.x, uv.y, 0), radiance: 5W/m^2/sr }}");
