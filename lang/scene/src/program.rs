@@ -7,7 +7,7 @@ use crate::{Binary, Cell, Instruction, Point, Register, Tape, Unary, gradient_no
 /// The most steps of a program.
 pub const STEPS: usize = 1024;
 /// The most values that a program keeps at once, the point and constants not counted.
-pub const VALUES: usize = 20;
+pub const VALUES: usize = 52;
 
 /// A tape as the kernel runs it: the steps in order, on [`VALUES`] registers.
 #[derive(Clone, Debug, Default, PartialEq)]

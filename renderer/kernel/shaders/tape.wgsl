@@ -3,9 +3,9 @@
 
 /// Of a texture's first word: where it is in the shape's own space is read.
 const TAPE_READS_LOCAL: u32 = 0x100u;
-/// After the first word: how many steps, the places of red, green and blue in the end (five bits each), the steps.
+/// After the first word: how many steps, the places of red, green and blue in the end (six bits each), the steps.
 const TAPE_STEPS: u32 = 3u;
-/// Words of a step: what is done, then from bit 8 on the place that it writes and the three that it reads, five bits each;
+/// Words of a step: what is done, then from bit 8 on the place that it writes and the three that it reads, six bits each;
 /// and its number.
 const TAPE_STEP: u32 = 2u;
 /// The most steps.
@@ -13,12 +13,12 @@ const TAPE_LONGEST: u32 = 1024u;
 
 /// Places below this are the tape's own; here is the step's number, then the point in the world and in the shape's own
 /// space, its coordinates and its normal.
-const TAPE_NUMBER: u32 = 20u;
-const TAPE_WORLD: u32 = 21u;
-const TAPE_LOCAL: u32 = 24u;
-const TAPE_UV: u32 = 27u;
-const TAPE_NORMAL: u32 = 29u;
-const TAPE_PLACES: u32 = 32u;
+const TAPE_NUMBER: u32 = 52u;
+const TAPE_WORLD: u32 = 53u;
+const TAPE_LOCAL: u32 = 56u;
+const TAPE_UV: u32 = 59u;
+const TAPE_NORMAL: u32 = 61u;
+const TAPE_PLACES: u32 = 64u;
 
 /// What a step does with one number.
 const TAPE_NEG: u32 = 0u;
@@ -239,22 +239,22 @@ fn tape_value(at: u32, s: Surface) -> vec4<f32> {
         let code = words[step];
         places[TAPE_NUMBER] = word_float(step + 1u);
         let operation = code & 255u;
-        let a = places[(code >> 13u) & 31u];
+        let a = places[(code >> 14u) & 63u];
         var value = 0.0;
         if operation < TAPE_BINARY {
             value = tape_unary(operation, a);
         } else {
-            let b = places[(code >> 18u) & 31u];
+            let b = places[(code >> 20u) & 63u];
             if operation < TAPE_TERNARY {
                 value = tape_binary(operation, a, b);
             } else {
-                value = tape_ternary(operation, a, b, places[(code >> 23u) & 31u]);
+                value = tape_ternary(operation, a, b, places[code >> 26u]);
             }
         }
-        places[(code >> 8u) & 31u] = value;
+        places[(code >> 8u) & 63u] = value;
     }
     let outputs = words[at + 2u];
-    let color = vec3<f32>(places[outputs & 31u], places[(outputs >> 5u) & 31u], places[(outputs >> 10u) & 31u]);
+    let color = vec3<f32>(places[outputs & 63u], places[(outputs >> 6u) & 63u], places[(outputs >> 12u) & 63u]);
     // What is no number is in no order.
     return vec4<f32>(select(vec3<f32>(0.0), color, abs(color) <= vec3<f32>(FAR)), 1.0);
 }

@@ -23,11 +23,11 @@ pub fn words(tape: &Tape) -> Result<Vec<u32>, PackError> {
     let program = program(tape)?;
     let output = |i: usize| program.outputs.get(i).or(program.outputs.first()).map_or(TAPE_NUMBER, |&o| place(o));
     let local = if tape.reads(Point::Local) { TAPE_READS_LOCAL } else { 0 };
-    let outputs = output(0) | output(1) << 5 | output(2) << 10;
+    let outputs = output(0) | output(1) << 6 | output(2) << 12;
     let mut words = vec![TEXTURE_TAPE | local, program.steps.len() as u32, outputs];
     for step in &program.steps {
         let [a, b, c] = step.from.map(place);
-        words.push(code(step.operation) | u32::from(step.to) << 8 | a << 13 | b << 18 | c << 23);
+        words.push(code(step.operation) | u32::from(step.to) << 8 | a << 14 | b << 20 | c << 26);
         words.push(step.number.to_bits());
     }
     Ok(words)
