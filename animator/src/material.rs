@@ -1,6 +1,10 @@
 //! Surfaces, shapes, the sky and the look at one instant.
 
-use kinora_scene::{Animated, Bsdf, Emission, Look, Material, Reflectance, Shape, Sky, SkyLight, Still};
+use std::sync::Arc;
+
+use kinora_scene::{
+    Animated, Bsdf, Emission, Look, Map, Material, Paint, Reflectance, Shape, Sky, SkyLight, Still, Texture,
+};
 
 use crate::{
     error::{Fault, SampleError},
@@ -83,9 +87,33 @@ pub(crate) fn material(
         opacity: read.number("opacity", &material.opacity, Range::ZeroToOne)?,
         cutoff: material.cutoff.map(|cutoff| read.check("opacity", cutoff, Range::FromZero)).transpose()?,
         emission: read.color("emission", &material.emission.into(), Range::FromZero)?,
-        maps: material.maps.clone(),
+        maps: material.maps.iter().map(|map| Map { slot: map.slot, texture: texture(read, &map.texture) }).collect(),
         bsdf,
     })
+}
+
+/// The same one where it does not move, so that what is shared stays so.
+fn texture(read: Reader<'_>, moving: &Arc<Texture>) -> Arc<Texture> {
+    let paint = |paint: &Paint| match paint {
+        Paint::Texture(inside) => Paint::Texture(texture(read, inside)),
+        color => color.clone(),
+    };
+    match &**moving {
+        Texture::Tape(tape) if tape.moves() => Arc::new(Texture::Tape(read.still(tape))),
+        Texture::Checker { a, b, scale, uv_set } if moves(moving) => {
+            Arc::new(Texture::Checker { a: paint(a), b: paint(b), scale: *scale, uv_set: *uv_set })
+        }
+        _ => moving.clone(),
+    }
+}
+
+fn moves(texture: &Texture) -> bool {
+    let inside = |paint: &Paint| matches!(paint, Paint::Texture(inside) if moves(inside));
+    match texture {
+        Texture::Tape(tape) => tape.moves(),
+        Texture::Checker { a, b, .. } => inside(a) || inside(b),
+        _ => false,
+    }
 }
 
 pub(crate) fn shape(read: Reader<'_>, shape: &Shape<Animated>) -> Result<Shape<Still>, SampleError> {

@@ -1,10 +1,11 @@
 //! Reads tracks and judges what they give.
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Color, Track};
+use kinora_scene::{Color, Tape, Track};
 
 use crate::{
     error::{Fault, Place, SampleError},
+    tape,
     track::{Blend, unit, value},
 };
 
@@ -76,6 +77,11 @@ pub(crate) struct Reader<'a> {
 impl Reader<'_> {
     pub fn error(self, property: &'static str, fault: Fault) -> SampleError {
         SampleError { place: self.place, name: self.name.to_owned(), property, time_s: self.now.time_s, fault }
+    }
+
+    /// A texture's tape at the time.
+    pub fn still(self, tape: &Tape) -> Tape {
+        tape::still(tape, self.now.time_s, self.now.fps)
     }
 
     fn value<T: Blend>(self, track: &Track<T>) -> T {

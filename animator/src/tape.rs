@@ -1,7 +1,7 @@
 //! Runs tapes: an f64 register an instruction, no branch, no state.
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Instruction, Orient, Register, Tape};
+use kinora_scene::{Instruction, Orient, Register, Tape, gradient_noise};
 
 use crate::{
     aim::facing,
@@ -16,6 +16,19 @@ pub(crate) fn run(tape: &Tape, time_s: f64, fps: f64) -> Vec<f64> {
         registers.push(result);
     }
     tape.outputs.iter().map(|&output| read(&registers, output)).collect()
+}
+
+/// A texture's tape at `time_s`: what does not differ from point to point is a constant.
+pub(crate) fn still(tape: &Tape, time_s: f64, fps: f64) -> Tape {
+    let mut registers = Vec::with_capacity(tape.code.len());
+    for &instruction in &tape.code {
+        let result = step(tape, instruction, &registers, time_s, fps);
+        registers.push(result);
+    }
+    let varying = tape.varying();
+    let code = tape.code.iter().zip(registers).zip(varying);
+    let code = code.map(|((&instruction, value), varies)| if varies { instruction } else { Instruction::Const(value) });
+    Tape { code: code.collect(), outputs: tape.outputs.clone(), ..Tape::default() }
 }
 
 fn read(registers: &[f64], index: Register) -> f64 {
@@ -37,6 +50,10 @@ fn step(tape: &Tape, instruction: Instruction, registers: &[f64], time_s: f64, f
         Instruction::Unary(operation, a) => operation.apply(read(a)),
         Instruction::Binary(operation, a, b) => operation.apply(read(a), read(b)),
         Instruction::Select(condition, yes, no) => read(if read(condition) != 0.0 { yes } else { no }),
+        Instruction::Noise(at) => gradient_noise(at.map(read)),
+        Instruction::Cell(cell, axes, at) => cell.apply(axes, at.map(read)),
+        // There is no surface here.
+        Instruction::Point(..) => f64::NAN,
         Instruction::Orient(kind, direction, up, part) => component(orient(kind, vector(direction), vector(up)), part),
     }
 }

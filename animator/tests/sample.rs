@@ -37,6 +37,45 @@ fn check_near(found: DVec3, expected: DVec3) {
     assert!((found - expected).length() < 1e-12, "{found}, expected {expected}");
 }
 
+/// Of a texture that is computed at a point, what only moves becomes a number; what does not move is shared.
+#[test]
+fn computed_textures_stand_still() {
+    use std::sync::Arc;
+    let tape = |first: Instruction| Tape {
+        code: vec![
+            first,
+            Instruction::Const(2.0),
+            Instruction::Binary(Binary::Mul, 0, 1),
+            Instruction::Point(Point::Uv, 0),
+            Instruction::Binary(Binary::Add, 2, 3),
+        ],
+        outputs: vec![4],
+        ..Tape::default()
+    };
+    let moving = Arc::new(Texture::Tape(tape(Instruction::Time)));
+    let still = Arc::new(Texture::Tape(tape(Instruction::Const(1.0))));
+    let checker = Texture::Checker {
+        a: Paint::Texture(moving.clone()),
+        b: Paint::Texture(still.clone()),
+        scale: glam::Vec2::ONE,
+        uv_set: UvSet::First,
+    };
+    let mut scene = scene();
+    let maps = [moving, still.clone(), Arc::new(checker)].map(|texture| Map { slot: Slot::Roughness, texture });
+    scene.materials = vec![Material { maps: maps.to_vec(), ..diffuse(Color::ONE.into(), 1.0.into()).into() }];
+    let maps = &world(&scene, 1.5).materials[0].maps;
+    let Texture::Tape(found) = &*maps[0].texture else { panic!("{maps:?}") };
+    assert_eq!(found.code[2], Instruction::Const(3.0));
+    assert_eq!(found.code[4], Instruction::Binary(Binary::Add, 2, 3));
+    assert!(!found.moves());
+    assert!(Arc::ptr_eq(&maps[1].texture, &still));
+    let Texture::Checker { a: Paint::Texture(a), b: Paint::Texture(b), .. } = &*maps[2].texture else {
+        panic!("{maps:?}")
+    };
+    assert_eq!(**a, *maps[0].texture);
+    assert!(Arc::ptr_eq(b, &still));
+}
+
 #[test]
 fn every_value_is_taken_when_the_shutter_opens() {
     let mut scene = scene();

@@ -294,6 +294,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         | PackError::Materials { .. }
         | PackError::Emitters { .. }
         | PackError::CutOuts { .. }
+        | PackError::Tape { .. }
         | PackError::Textures { .. } => "E1004",
         PackError::Texels { .. } => "E0807",
     };

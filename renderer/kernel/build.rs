@@ -13,6 +13,8 @@ const SHADERS: &[&str] = &[
     "bvh.wgsl",
     "surface.wgsl",
     "texture.wgsl",
+    "noise.wgsl",
+    "tape.wgsl",
     "shapes.wgsl",
     "media.wgsl",
     "bsdf/bsdf.wgsl",

@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
-    Background, Blades, Bsdf, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance, Look, Material,
-    Mesh, Part, Projection, Reflectance, Render, Shape, Shown, Sky, SkyLight, Still, Tonemap, View, World,
+    Background, Binary, Blades, Bsdf, Cell, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance,
+    Instruction, Look, Map, Material, Mesh, Part, Point, Program, Projection, Reflectance, Render, Shape, Shown, Sky,
+    SkyLight, Slot, Still, Tape, Texture, Tonemap, Unary, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
@@ -56,6 +57,7 @@ pub const CASES: &[(&str, Case)] = &[
     ("layers tell what a pixel shows", layers),
     ("layers pass what light passes", layers_pass),
     ("copies show what their parts written out would", copies),
+    ("colours computed at a point", computed),
     ("a window has the pixels of the whole", windows),
     ("a transparent background has alpha", transparent),
     ("pixels that have enough are left out", adaptive),
@@ -674,6 +676,45 @@ fn copies(renderer: &mut Renderer) {
     });
     let edges = edges.count();
     assert!(edges <= a.len() / 100, "{edges} pixels show something else");
+}
+
+// Of every pixel, the point that it shows, and what a tape makes of it.
+fn computed(renderer: &mut Renderer) {
+    use Instruction::{Const, Point as At};
+    let half = 4.0 * 0.3_f64.tan();
+    let code = vec![
+        At(Point::World, 0),
+        At(Point::World, 1),
+        Const(3.0),
+        Instruction::Binary(Binary::Mul, 0, 2),
+        Instruction::Binary(Binary::Mul, 1, 2),
+        Const(0.4),
+        Instruction::Noise([3, 4, 5]),
+        Instruction::Cell(Cell::Distance, 3, [3, 4, 5]),
+        Instruction::Unary(Unary::Sin, 4),
+        Const(2.0),
+        Instruction::Binary(Binary::Add, 6, 9),
+        Instruction::Binary(Binary::Less, 0, 1),
+        Instruction::Select(11, 8, 9),
+        Instruction::Binary(Binary::Max, 12, 7),
+    ];
+    let tape = Tape { code, outputs: vec![10, 7, 13], ..Tape::default() };
+    let program = Program::new(&tape).expect("a short tape");
+    let size = 16;
+    let mut w = world([size; 2], 1, front());
+    w.render.filter_width = 1e-3;
+    w.render.max_bounces = 0;
+    let map = Map { slot: Slot::Color, texture: Arc::new(Texture::Tape(tape)) };
+    let light = Material { maps: vec![map], ..emitter(Emission::Radiance(1.0)) };
+    add(&mut w, quad(DVec3::Z, 9.0, 9.0), at(0.0, 0.0, 0.0), light);
+    let along = |i: usize| (2.0 * (i as f64 + 0.5) / f64::from(size) - 1.0) * half;
+    for (i, pixel) in trace(renderer, &w).iter().enumerate() {
+        let point = [along(i % size as usize), -along(i / size as usize), 0.0];
+        let expected = program.run(|_, part| point[usize::from(part)]);
+        for (got, expected) in pixel.to_array().into_iter().zip(expected) {
+            near(&format!("pixel {i}"), f64::from(got), expected, 1e-4);
+        }
+    }
 }
 
 fn windows(renderer: &mut Renderer) {

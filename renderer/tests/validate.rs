@@ -1,12 +1,17 @@
 //! Arrays whose numbers lead out of other arrays are refused before a backend reads them.
 
-use glam::{DAffine3, DVec3};
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec2, Vec4};
 use kinora_kernel::Packed;
-use kinora_kernel::generated::{FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_PANORAMA, PRIMITIVE_OTHER};
+use kinora_kernel::generated::{
+    FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_PANORAMA, MAPS_LIST, MAPS_SIZE, PRIMITIVE_OTHER, TAPE_READS_LOCAL,
+    TEXTURE_TAPE,
+};
 use kinora_kernel::query::Compressed;
 use kinora_renderer::suite::{add, diffuse, emitter, quad, view, world};
 use kinora_renderer::{Backend, BackendError, pack};
-use kinora_scene::{Emission, Shape, World};
+use kinora_scene::{Emission, Instruction, Map, Paint, Point, Shape, Slot, Tape, Texture, Unary, UvSet, World};
 
 fn scene() -> World {
     let mut w = world([8, 8], 1, view(DVec3::Z, DVec3::ZERO, 1.0));
@@ -61,6 +66,40 @@ fn wrong_numbers() {
         (p.params.camera_x.w, p.params.camera_y.w) = (5.0, f32::NAN);
     });
     check("a fisheye's edge", |p| p.params.features |= FEATURE_FISHEYE);
+}
+
+#[test]
+fn wrong_tapes() {
+    let code = vec![Instruction::Point(Point::Local, 0), Instruction::Unary(Unary::Sin, 0)];
+    let tape = Texture::Tape(Tape { code, outputs: vec![1], ..Tape::default() });
+    let paint = Paint::Color(Vec4::ONE);
+    let inside =
+        Texture::Checker { a: Paint::Texture(Arc::new(tape)), b: paint, scale: Vec2::ONE, uv_set: UvSet::First };
+    let map = |slot| Map { slot, texture: Arc::new(inside.clone()) };
+    let mut w = scene();
+    w.materials[3].maps = vec![map(Slot::Color), map(Slot::Opacity)];
+    let packed = pack(&w).expect("it packs");
+    assert_eq!(packed.validate(), Ok(()));
+    let spoiled = |what: &str, spoil: &dyn Fn(&mut Packed)| {
+        let mut packed = packed.clone();
+        spoil(&mut packed);
+        let invalid = packed.validate().expect_err(what);
+        assert!(invalid.to_string().contains(what), "{invalid}, expected {what}");
+    };
+    let is_tape = |word: &u32| *word == TEXTURE_TAPE | TAPE_READS_LOCAL;
+    let tape = packed.words.iter().rposition(is_tape).expect("a tape");
+    spoiled("the number of steps", &|p| p.words[tape + 1] = 2000);
+    spoiled("the last step of a tape", &|p| p.words[tape + 1] = 1000);
+    spoiled("the texture of a map", &|p| {
+        let list = p.params.textures.x + 3 * MAPS_SIZE + MAPS_LIST;
+        let list = p.words[list as usize] as usize;
+        p.words[list] = u32::MAX;
+    });
+    spoiled("the places of own spaces", &|p| p.params.textures.y = p.words.len() as u32);
+    spoiled("the rows of its own space", &|p| {
+        let shape = p.params.textures.y as usize + 3;
+        p.words[shape] = u32::MAX;
+    });
 }
 
 #[test]

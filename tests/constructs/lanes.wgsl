@@ -261,6 +261,22 @@ fn t_lanes_arrays(x: vec4<u32>) -> vec4<u32> {
 }
 
 // bits exact
+fn t_lanes_long_arrays(x: vec4<u32>) -> vec4<u32> {
+    var list: array<f32, 24>;
+    for (var i = 0u; i < 24u; i++) {
+        list[i] = f32(i * 3u);
+    }
+    // The same index in all lanes, and in those that come here.
+    list[params.v.x % 7u] = f32(x.x % 1000u);
+    if x.y % 3u == 0u {
+        list[x.y % 3u + 5u] = f32(x.z % 100u);
+        list[x.z % 29u] += 0.5 + list[x.w % 31u];
+    }
+    let same = list[params.v.y % 11u];
+    return bitcast<vec4<u32>>(vec4<f32>(list[x.z % 29u], list[x.w], same, list[x.y % 24u]));
+}
+
+// bits exact
 fn t_lanes_memory(x: vec4<u32>) -> vec4<u32> {
     let i = x.x;
     var sum = items[i].id + words[x.y % 40u] + words[items[x.z % 5u].list[x.w]];

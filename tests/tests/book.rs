@@ -8,7 +8,7 @@ use kinora_renderer::{Choice, Options, Renderer, develop, open};
 use kinora_tests::picture::{mean_difference, read_png, write_png};
 use kinora_tests::world_with;
 
-const PAGES: &[&str] = &["cameras", "lights", "materials", "shapes"];
+const PAGES: &[&str] = &["cameras", "lights", "materials", "procedural", "shapes"];
 
 /// As of the golden pictures.
 const TOLERANCE: f64 = 0.02;

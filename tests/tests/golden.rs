@@ -20,6 +20,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("orbit", 30),
     ("scan", 0),
     ("materials", 0),
+    ("procedural", 0),
     ("mis", 0),
     ("fireflies", 0),
     ("bvh", 0),

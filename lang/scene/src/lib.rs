@@ -8,6 +8,8 @@
 //! right-handed with y up.
 
 mod mesh;
+mod noise;
+mod program;
 mod rate;
 mod scene;
 mod spectrum;
@@ -17,10 +19,12 @@ mod track;
 mod world;
 
 pub use mesh::{Mesh, MeshError};
+pub use noise::{cellular_noise, gradient_noise};
+pub use program::{Operand, Operation, Program, STEPS, Step, Unfit, VALUES};
 pub use rate::{Animated, Rate, Still};
 pub use scene::*;
 pub use spectrum::Spectrum;
-pub use tape::{Binary, Instruction, Orient, Register, Tape, Unary};
+pub use tape::{Binary, Cell, Instruction, Orient, Point, Register, Tape, Unary};
 pub use texture::{
     Channel, ColorSpace, Image, ImageTexture, Map, Paint, Slot, TexelFilter, Texels, Texture, UvSet, Wrap,
 };

@@ -1,13 +1,14 @@
-//! Tapes: expressions over `time`, compiled to a list of f64 operations and kept as data.
+//! Tapes: expressions over `time` and over the point of a surface, compiled to a list of f64 operations and kept as data.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Keys;
+use crate::noise::cellular_noise;
 
 /// The result of an instruction, by its index in [`Tape::code`].
 pub type Register = u32;
 
-/// A program over `time`. Instruction `i` writes register `i` and reads only registers below `i`, so a tape always ends.
+/// A program over `time`, and over the point of a surface where it is a texture's. Instruction `i` writes register `i` and reads only registers below `i`, so a tape always ends.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tape {
     /// The instructions.
@@ -39,8 +40,90 @@ pub enum Instruction {
     Binary(Binary, Register, Register),
     /// The second register where the first is not 0, else the third.
     Select(Register, Register, Register),
+    /// Component 0..=2 of what is known of the point of a surface; only in a texture's tape.
+    Point(Point, u8),
+    /// [`crate::gradient_noise`] at a point.
+    Noise([Register; 3]),
+    /// [`cellular_noise`] at a point, over so many of its coordinates.
+    Cell(Cell, u8, [Register; 3]),
     /// Component 0..=3 (x, y, z, w) of a rotation given by two directions.
     Orient(Orient, [Register; 3], [Register; 3], u8),
+}
+
+/// What is known of the point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Point {
+    /// Where it is in the world, metres: x, y, z.
+    World,
+    /// Where it is in the shape's own space, before it is placed, metres: x, y, z.
+    Local,
+    /// Its texture coordinates: u, v.
+    Uv,
+    /// The outward unit normal that it is shaded with, in the world: x, y, z.
+    Normal,
+}
+
+/// What is told of the nearest point of [`cellular_noise`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cell {
+    /// How far it is.
+    Distance,
+    /// Its number.
+    Id,
+}
+
+impl Cell {
+    /// What the operation computes.
+    pub fn apply(self, axes: u8, at: [f64; 3]) -> f64 {
+        cellular_noise(at, axes)[self as usize]
+    }
+}
+
+impl Instruction {
+    /// The registers that it reads.
+    pub fn reads(&self, mut read: impl FnMut(Register)) {
+        match *self {
+            Instruction::Const(_)
+            | Instruction::Time
+            | Instruction::Frame
+            | Instruction::Keys(_)
+            | Instruction::Turn(..)
+            | Instruction::Point(..) => {}
+            Instruction::Unary(_, a) => read(a),
+            Instruction::Binary(_, a, b) => [a, b].into_iter().for_each(read),
+            Instruction::Select(a, b, c) | Instruction::Noise([a, b, c]) | Instruction::Cell(_, _, [a, b, c]) => {
+                [a, b, c].into_iter().for_each(read);
+            }
+            Instruction::Orient(_, a, b, _) => a.into_iter().chain(b).for_each(&mut read),
+        }
+    }
+}
+
+impl Tape {
+    /// Whether it reads this of the point of a surface.
+    pub fn reads(&self, point: Point) -> bool {
+        self.code.iter().any(|instruction| matches!(instruction, Instruction::Point(other, _) if *other == point))
+    }
+
+    /// Whether it changes over time.
+    pub fn moves(&self) -> bool {
+        let moving = |instruction: &Instruction| {
+            use Instruction::{Frame, Keys, Time, Turn};
+            matches!(instruction, Time | Frame | Keys(_) | Turn(..))
+        };
+        self.code.iter().any(moving)
+    }
+
+    /// Of each register, whether it differs from point to point of a surface.
+    pub fn varying(&self) -> Vec<bool> {
+        let mut varying: Vec<bool> = Vec::with_capacity(self.code.len());
+        for instruction in &self.code {
+            let mut varies = matches!(instruction, Instruction::Point(..));
+            instruction.reads(|register| varies |= varying.get(register as usize) == Some(&true));
+            varying.push(varies);
+        }
+        varying
+    }
 }
 
 /// Operations on one number. Angles are radians.

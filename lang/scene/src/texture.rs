@@ -5,6 +5,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec4};
 use serde::{Deserialize, Serialize};
 
+use crate::Tape;
+
 /// One property of a material that a texture scales: at every point, the property's own value is multiplied by the
 /// texture's. Several maps of one slot all multiply.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,6 +61,9 @@ pub enum Texture {
         /// Which coordinates of a mesh.
         uv_set: UvSet,
     },
+    /// What a tape comes to, of 3 outputs for a colour or 1 for a number; clamped where it leaves what the slot takes, and
+    /// 0 where it is not finite. It must fit: see [`crate::Program`].
+    Tape(Tape),
     /// The colours of a mesh's vertices, interpolated; white where it has none.
     VertexColor {
         /// What of them.

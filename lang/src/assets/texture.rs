@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec4};
 use kinora_scene::{
-    Bsdf, Channel, ColorSpace, Image, ImageTexture, Map, Paint, Scene, Shape, Slot, Texels, Texture, UvSet,
+    Bsdf, Channel, ColorSpace, Image, ImageTexture, Map, Paint, Point, Scene, Shape, Slot, Texels, Texture, UvSet,
 };
 
 use super::{AssetError, picture};
@@ -62,6 +62,7 @@ impl Loader<'_> {
                 let image = self.image(picture)?;
                 reading(picture, image, ColorSpace::Linear, Channel::Color)
             }
+            said::Texture::Tape(tape) => Texture::Tape(tape.clone()),
             said::Texture::Checker { squares: [a, b], scale } => Texture::Checker {
                 a: self.paint(&a.value, color)?,
                 b: self.paint(&b.value, color)?,
@@ -165,7 +166,7 @@ fn textured_part(scene: &Scene, material: usize) -> Option<usize> {
     let mut seen = std::collections::HashSet::new();
     while let Some(index) = open.pop() {
         let Some(material) = scene.materials.get(index).filter(|_| seen.insert(index)) else { continue };
-        let needs = |map: &Map| !matches!(&*map.texture, Texture::VertexColor { .. }) || is_normal(map.slot);
+        let needs = |map: &Map| reads_coordinates(&map.texture) || is_normal(map.slot);
         if material.maps.iter().any(needs) {
             return Some(index);
         }
@@ -176,6 +177,14 @@ fn textured_part(scene: &Scene, material: usize) -> Option<usize> {
         }
     }
     None
+}
+
+fn reads_coordinates(texture: &Texture) -> bool {
+    match texture {
+        Texture::Image(_) | Texture::Checker { .. } => true,
+        Texture::Tape(tape) => tape.reads(Point::Uv),
+        Texture::VertexColor { .. } => false,
+    }
 }
 
 fn is_normal(slot: Slot) -> bool {

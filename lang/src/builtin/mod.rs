@@ -22,6 +22,7 @@ use smallvec::SmallVec;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::eval::graph::{Graph, Scalar};
+use crate::eval::surface::{Points, points};
 use crate::schema::Choice;
 use crate::source::{FileId, Span};
 use crate::value::{Number, Value};
@@ -152,9 +153,13 @@ impl<'c> Call<'c> {
         self.problems.push(diagnostic);
     }
 
-    /// "Not yet": the argument moves, and the function cannot follow.
+    /// "Not yet": the argument moves or differs from point to point, and the function cannot follow.
     fn later(&mut self, span: Span) -> Value {
-        let what = format!("`{}` of a value that changes over time", self.function.name);
+        let given =
+            self.given.iter().filter_map(|given| given.0.as_ref()).chain(self.rest.iter().map(|given| &given.0));
+        let points = given.fold(Points::default(), |all, value| all.and(points(self.graph, value)));
+        let how = if points.is_none() { "changes over time" } else { "differs from point to point" };
+        let what = format!("`{}` of a value that {how}", self.function.name);
         self.problems.push(crate::eval::machine::not_yet(&what, self.file, span));
         Value::Error
     }

@@ -1,7 +1,10 @@
 //! Numbers that look random and depend on nothing but their arguments. They must never change between versions.
 
+use kinora_scene::Cell;
+
 use super::Call;
 use super::math::try_arg;
+use crate::diagnostic::Diagnostic;
 use crate::eval::graph::Scalar;
 use crate::value::Value;
 
@@ -69,49 +72,82 @@ pub(super) fn rand(call: &mut Call<'_>) -> Value {
     Value::number(unit(state))
 }
 
-pub(super) fn noise(call: &mut Call<'_>) -> Value {
-    let point = match try_arg!(call.value(0)) {
+/// A number or a vector of up to three components, the rest 0, and how many there are.
+fn place(call: &mut Call<'_>) -> Option<([Scalar; 3], u8)> {
+    let point = match call.value(0)? {
         Value::Number(number) => vec![number.value],
-        _ => try_arg!(call.vector(0)).0,
+        _ => call.vector(0)?.0,
     };
-    let mut at = [0.0; 3];
+    let mut at = [Scalar::Const(0.0); 3];
     for (to, part) in at.iter_mut().zip(&point) {
-        match part.constant() {
-            Some(value) => *to = value,
-            None => return call.later(call.place(0)),
-        }
+        *to = *part;
     }
-    Value::number(gradient_noise(at))
+    Some((at, point.len().min(3) as u8))
 }
 
-/// Perlin, "Improving Noise" (2002), with hashed instead of tabulated gradients.
-fn gradient_noise(at: [f64; 3]) -> f64 {
-    if at.iter().any(|part| !part.is_finite()) {
-        return f64::NAN;
-    }
-    let cell = at.map(f64::floor);
-    let inside = [0, 1, 2].map(|i| at[i] - cell[i]);
-    let fade = inside.map(|t| t * t * t * (t * (t * 6.0 - 15.0) + 10.0));
-    let mut total = 0.0;
-    for corner in 0..8u32 {
-        let step = [corner & 1, corner >> 1 & 1, corner >> 2 & 1].map(f64::from);
-        let hash = [0, 1, 2].iter().fold(0, |state, &i| absorb(state, (cell[i] + step[i] + 0.0).to_bits()));
-        let away = [0, 1, 2].map(|i| inside[i] - step[i]);
-        let weight: f64 = (0..3).map(|i| if step[i] == 0.0 { 1.0 - fade[i] } else { fade[i] }).product();
-        total += weight * gradient(hash, away);
-    }
-    total.clamp(-1.0, 1.0)
+pub(super) fn noise(call: &mut Call<'_>) -> Value {
+    let (at, _) = try_arg!(place(call));
+    Value::number(call.graph.noise(at))
 }
 
-/// The scalar product with one of the twelve edge directions of a cube.
-fn gradient(hash: u64, d: [f64; 3]) -> f64 {
-    let (a, b) = match hash % 3 {
-        0 => (d[0], d[1]),
-        1 => (d[1], d[2]),
-        _ => (d[2], d[0]),
+/// Σ gainⁱ noise(lacunarityⁱ p) / Σ gainⁱ.
+pub(super) fn fbm(call: &mut Call<'_>) -> Value {
+    let (mut at, _) = try_arg!(place(call));
+    let octaves = try_arg!(call.octaves(1));
+    let mut factor = |index: usize, default: f64| match call.value(index) {
+        Some(_) => call.plain(index),
+        None => Some(default.into()),
     };
-    let signed = |bit: u32, value: f64| if hash >> bit & 1 == 0 { value } else { -value };
-    signed(32, a) + signed(33, b)
+    let (gain, lacunarity) = (try_arg!(factor(2, 0.5)), try_arg!(factor(3, 2.0)));
+    let graph = &mut *call.graph;
+    let (mut sum, mut total, mut share) = (Scalar::Const(0.0), Scalar::Const(0.0), Scalar::Const(1.0));
+    for octave in 0..octaves {
+        if octave > 0 {
+            share = graph.mul(share, gain);
+            at = at.map(|part| graph.mul(part, lacunarity));
+        }
+        let noise = graph.noise(at);
+        let part = graph.mul(noise, share);
+        sum = graph.add(sum, part);
+        total = graph.add(total, share);
+    }
+    Value::number(graph.div(sum, total))
+}
+
+fn cellular(call: &mut Call<'_>, cell: Cell) -> Value {
+    let (at, axes) = try_arg!(place(call));
+    Value::number(call.graph.cell(cell, axes, at))
+}
+
+pub(super) fn cell(call: &mut Call<'_>) -> Value {
+    cellular(call, Cell::Distance)
+}
+
+pub(super) fn cell_id(call: &mut Call<'_>) -> Value {
+    cellular(call, Cell::Id)
+}
+
+/// The most octaves of `fbm`.
+const OCTAVES: u32 = 16;
+
+impl Call<'_> {
+    /// A whole number of octaves, 5 if it is not given.
+    fn octaves(&mut self, index: usize) -> Option<u32> {
+        if self.value(index).is_none() {
+            return Some(5);
+        }
+        let span = self.place(index);
+        let Some(octaves) = self.plain(index)?.constant() else {
+            self.later(span);
+            return None;
+        };
+        if octaves.fract() == 0.0 && (1.0..=f64::from(OCTAVES)).contains(&octaves) {
+            return Some(octaves as u32);
+        }
+        let message = format!("`octaves` must be a whole number within 1..{OCTAVES}");
+        self.problems.push(Diagnostic::new("E0401", message).primary(self.file, span, "this many layers of noise"));
+        None
+    }
 }
 
 #[cfg(test)]
@@ -130,17 +166,4 @@ mod tests {
     }
 
     const RAND_OF_1: u64 = 0x3feb_ace0_9927_bd2a;
-
-    #[test]
-    fn noise_is_zero_at_lattice_points_and_smooth() {
-        assert_eq!(gradient_noise([3.0, -2.0, 7.0]), 0.0);
-        let mut largest: f64 = 0.0;
-        for i in 0..1000 {
-            let x = f64::from(i) * 0.0317;
-            let step = gradient_noise([x, 0.3, 0.7]) - gradient_noise([x + 1e-4, 0.3, 0.7]);
-            assert!(step.abs() < 1e-3, "{x}");
-            largest = largest.max(gradient_noise([x, 0.3, 0.7]).abs());
-        }
-        assert!(largest > 0.3 && largest <= 1.0, "{largest}");
-    }
 }

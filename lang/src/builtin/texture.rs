@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use kinora_scene::{Channel, ColorSpace, TexelFilter, Wrap};
+use kinora_scene::{Channel, ColorSpace, Tape, TexelFilter, Wrap};
 
 use super::Call;
 use super::math::try_arg;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::eval::graph::Scalar;
+use crate::eval::surface;
 use crate::schema::{Choice, Since};
 use crate::source::Span;
 use crate::value::Value;
@@ -25,6 +26,8 @@ pub enum Texture {
         /// Squares along u and v.
         scale: [f64; 2],
     },
+    /// A colour or a number that is computed at every point.
+    Tape(Tape),
     /// A picture of normals.
     Normal {
         /// The picture.
@@ -92,7 +95,16 @@ impl Texture {
         match self {
             Texture::Image(_) => "an image",
             Texture::Checker { .. } => "a checker",
+            Texture::Tape(_) => "a value that differs from point to point",
             Texture::Normal { .. } => "a normal map",
+        }
+    }
+
+    /// What is computed, if it is.
+    pub fn tape(&self) -> Option<&Tape> {
+        match self {
+            Texture::Tape(tape) => Some(tape),
+            _ => None,
         }
     }
 }
@@ -147,6 +159,16 @@ impl Call<'_> {
             "too large",
         ));
         None
+    }
+
+    fn computed(&mut self, parts: &[Scalar], span: Span) -> Option<Arc<Texture>> {
+        match surface::texture(self.graph, parts, self.file, span) {
+            Ok(texture) => Some(texture),
+            Err(diagnostic) => {
+                self.problems.push(diagnostic);
+                None
+            }
+        }
     }
 
     fn file_name(&mut self) -> Option<(Arc<str>, Span)> {
@@ -225,11 +247,11 @@ pub(super) fn checker(call: &mut Call<'_>) -> Value {
         let value = match &value {
             Value::Color(parts) => match parts.map(|part| part.constant()) {
                 [Some(r), Some(g), Some(b)] => Paint::Color([r, g, b]),
-                _ => return call.later(span),
+                _ => Paint::Texture(try_arg!(call.computed(parts, span))),
             },
             Value::Number(number) if number.dimension == Dimension::NONE => match number.value.constant() {
                 Some(number) => Paint::Number(number),
-                None => return call.later(span),
+                None => Paint::Texture(try_arg!(call.computed(&[number.value], span))),
             },
             Value::Texture(texture) if !matches!(**texture, Texture::Normal { .. }) => Paint::Texture(texture.clone()),
             other => {

@@ -5,6 +5,22 @@ use super::Diagnostic;
 /// How many diagnostics are shown unless the user says otherwise.
 pub const MAX_SHOWN: usize = 50;
 
+/// So many errors and so many warnings are kept of each pass over a scene: nobody reads more.
+pub const MOST: usize = 20_000;
+
+/// Counts what is kept of a pass, errors and warnings apart.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Kept([usize; 2]);
+
+impl Kept {
+    /// Whether there is room for one more like this; counts it.
+    pub fn takes(&mut self, found: &Diagnostic) -> bool {
+        let count = &mut self.0[usize::from(found.is_error())];
+        *count += 1;
+        *count <= MOST
+    }
+}
+
 /// Diagnostics ready to be shown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Listing {

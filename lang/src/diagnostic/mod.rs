@@ -26,7 +26,7 @@ pub use allow::honour;
 pub use fix::{apply, choose};
 pub use json::{JSON_VERSION, to_json, to_json_lines};
 pub use levels::{Level, Levels, levels_of_project, no_code};
-pub use limit::{Listing, MAX_SHOWN, list, sort};
+pub use limit::{Kept, Listing, MAX_SHOWN, MOST, list, sort};
 pub use render::{Style, render, render_short};
 
 use crate::source::{FileId, Span};

@@ -100,6 +100,7 @@ impl<'a> Machine<'a> {
             (Value::Keys(keys), _) => self.fit_keys(keys, site)?,
             _ => self.fit_plain(value, site, site.expr.span, true)?,
         };
+        let data = self.varied(data, site)?;
         if !property.animatable && data.is_moving() {
             let movable: Vec<&str> =
                 site.kind.all().filter(|p| p.animatable && p.since == Since::Now).map(|p| p.name).collect();
@@ -200,8 +201,8 @@ impl<'a> Machine<'a> {
                 for item in items.iter() {
                     match self.whole(item, span)? {
                         Scalar::Const(value) => rows.push([value, 0.0, 0.0]),
-                        Scalar::Moving(_) => {
-                            self.structure("a mesh's list", span, span);
+                        moving => {
+                            self.structure("a mesh's list", moving, span, span);
                             return None;
                         }
                     }
@@ -271,7 +272,12 @@ impl<'a> Machine<'a> {
     fn fits_squares(&mut self, texture: &Texture, site: &Site<'a>) -> bool {
         let Texture::Checker { squares, .. } = texture else { return true };
         squares.iter().all(|square| match &square.value {
-            Paint::Texture(inside) => self.fits_squares(inside, site),
+            Paint::Texture(inside)
+                if inside.tape().is_some_and(|tape| (tape.outputs.len() == 3) == (site.property.ty == Type::Color)) =>
+            {
+                true
+            }
+            Paint::Texture(inside) if inside.tape().is_none() => self.fits_squares(inside, site),
             Paint::Color(parts) if site.property.ty == Type::Color => {
                 self.check(&Data::Parts(parts.map(Scalar::Const).to_vec()), site, square.span)
             }
@@ -281,6 +287,7 @@ impl<'a> Machine<'a> {
             other => {
                 let found = match other {
                     Paint::Color(_) => "a colour",
+                    Paint::Texture(inside) if inside.tape().is_some_and(|tape| tape.outputs.len() == 3) => "a colour",
                     _ => "a number",
                 };
                 let wanted = site.property.ty.with_article();
@@ -568,8 +575,8 @@ impl<'a> Machine<'a> {
                 }
                 match number.value {
                     Scalar::Const(value) => *to = value,
-                    Scalar::Moving(_) => {
-                        self.structure("a mesh's list", span, span);
+                    moving => {
+                        self.structure("a mesh's list", moving, span, span);
                         return None;
                     }
                 }

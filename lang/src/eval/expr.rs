@@ -127,7 +127,10 @@ impl<'a> Machine<'a> {
                 Some((scope, Binding::Let(cell), names)) => (self.force_let(&cell, &scope), names),
                 Some((_, Binding::Value(value), names)) => (value, names),
                 Some((_, Binding::Node(id), names)) => (Value::Node(id), names),
-                _ => return Value::Error,
+                _ => match self.point(name) {
+                    Some(value) => (value, 1),
+                    None => return Value::Error,
+                },
             },
         };
         let (known, fields) = path.segments.split_at(names);
@@ -272,8 +275,8 @@ impl<'a> Machine<'a> {
                 match machine.condition(condition, scope) {
                     Some(Scalar::Const(0.0)) => return true,
                     Some(Scalar::Const(_)) => {}
-                    Some(Scalar::Moving(_)) => {
-                        machine.structure("the length of a list", condition.span, comp.head.span);
+                    Some(moving) => {
+                        machine.structure("the length of a list", moving, condition.span, comp.head.span);
                         failed = true;
                         return false;
                     }
@@ -293,24 +296,6 @@ impl<'a> Machine<'a> {
         }
         let _ = span;
         self.finish_list(values, |_| comp.value.span)
-    }
-
-    /// E0601: what decides structure depends on time.
-    pub fn structure(&mut self, what: &str, span: Span, around: Span) {
-        let mut diagnostic = Diagnostic::new("E0601", format!("{what} may not depend on time")).primary(
-            self.file(),
-            span,
-            "depends on time",
-        );
-        if around != span {
-            diagnostic = diagnostic.label(self.file(), around, "decides it here");
-        }
-        let diagnostic = match what {
-            "the number of nodes" => diagnostic.help("animate `visible` instead"),
-            "the choice of a material" => diagnostic.help("animate how much there is of each: `mix(a, b, amount: ..)`"),
-            _ => diagnostic,
-        };
-        self.report(diagnostic);
     }
 
     /// The value of a condition as a number, if it is one.
@@ -362,7 +347,7 @@ impl<'a> Machine<'a> {
             match self.select(condition, &yes, &result) {
                 Some(chosen) => result = chosen,
                 None if same_type(&yes, &result) => {
-                    self.structure(&format!("the choice of {}", self.describe(&yes)), span, span);
+                    self.structure(&format!("the choice of {}", self.describe(&yes)), condition, span, span);
                     return Value::Error;
                 }
                 None => {
@@ -719,7 +704,7 @@ impl<'a> Machine<'a> {
         };
         let Some(number) = self.whole(&index, span) else { return Value::Error };
         let Scalar::Const(at) = number else {
-            self.structure("the choice of an item", span, span);
+            self.structure("the choice of an item", number, span, span);
             return Value::Error;
         };
         if at >= 0.0 && at < count as f64 {

@@ -1,15 +1,17 @@
-//! Numbers that may depend on time: constants fold at once, everything else becomes an operation in one arena, from
+//! Numbers that may depend on time, or on the point of a surface: constants fold at once, everything else becomes an operation in one arena, from
 //! which the tape of a property is cut out.
 
 use std::collections::{BTreeSet, HashMap};
 
 use glam::DQuat;
-use kinora_scene::{Binary, Instruction, Keys, Orient, Tape, Unary};
+use kinora_scene::{Binary, Cell, Instruction, Keys, Orient, Point, Tape, Unary, gradient_noise};
+
+use crate::eval::surface::Points;
 
 /// A number: known, or the result of an operation in a [`Graph`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scalar {
-    /// The same at all times.
+    /// The same at all times and everywhere.
     Const(f64),
     /// The register of an operation.
     Moving(u32),
@@ -35,6 +37,8 @@ impl From<f64> for Scalar {
 #[derive(Debug, Default)]
 pub struct Graph {
     code: Vec<Instruction>,
+    /// What each operation needs to know of the point of a surface.
+    points: Vec<Points>,
     curves: Vec<Keys<f64>>,
     turns: Vec<Keys<DQuat>>,
     known: HashMap<[u64; 4], u32>,
@@ -50,6 +54,12 @@ impl Graph {
         let next = self.code.len() as u32;
         let register = *self.known.entry(key).or_insert(next);
         if register == next {
+            let mut points = match instruction {
+                Instruction::Point(point, _) => Points::of(point),
+                _ => Points::default(),
+            };
+            instruction.reads(|below| points = points.and(self.points[below as usize]));
+            self.points.push(points);
             self.code.push(instruction);
         }
         Scalar::Moving(register)
@@ -73,6 +83,39 @@ impl Graph {
     /// `time` · fps.
     pub fn frame(&mut self) -> Scalar {
         self.push([2, 0, 0, 0], Instruction::Frame)
+    }
+
+    /// A component of what is known of the point of a surface.
+    pub fn point(&mut self, point: Point, part: u8) -> Scalar {
+        self.push([16, point as u64, u64::from(part), 0], Instruction::Point(point, part))
+    }
+
+    /// What the numbers need to know of the point of a surface.
+    pub fn points(&self, scalars: &[Scalar]) -> Points {
+        let of = |scalar: &Scalar| match scalar {
+            Scalar::Const(_) => Points::default(),
+            Scalar::Moving(register) => self.points[*register as usize],
+        };
+        scalars.iter().map(of).fold(Points::default(), Points::and)
+    }
+
+    /// Gradient noise at a point.
+    pub fn noise(&mut self, at: [Scalar; 3]) -> Scalar {
+        if let [Scalar::Const(x), Scalar::Const(y), Scalar::Const(z)] = at {
+            return Scalar::Const(gradient_noise([x, y, z]));
+        }
+        let at = at.map(|part| self.register(part));
+        self.push([17, at[0].into(), at[1].into(), at[2].into()], Instruction::Noise(at))
+    }
+
+    /// Cellular noise at a point, over the first `axes` of its coordinates.
+    pub fn cell(&mut self, cell: Cell, axes: u8, at: [Scalar; 3]) -> Scalar {
+        if let [Scalar::Const(x), Scalar::Const(y), Scalar::Const(z)] = at {
+            return Scalar::Const(cell.apply(axes, [x, y, z]));
+        }
+        let at = at.map(|part| self.register(part));
+        let tag = 18 + 4 * cell as u64 + u64::from(axes);
+        self.push([tag, at[0].into(), at[1].into(), at[2].into()], Instruction::Cell(cell, axes, at))
     }
 
     /// A curve of keyframed numbers.
@@ -174,7 +217,7 @@ impl Graph {
         let mut open = outputs.clone();
         while let Some(register) = open.pop() {
             if needed.insert(register) {
-                reads(&self.code[register as usize], |below| open.push(below));
+                self.code[register as usize].reads(|below| open.push(below));
             }
         }
         let mut tape = Tape::default();
@@ -198,6 +241,8 @@ impl Graph {
                 Instruction::Binary(op, a, b) => Instruction::Binary(op, to(a), to(b)),
                 Instruction::Select(a, b, c) => Instruction::Select(to(a), to(b), to(c)),
                 Instruction::Orient(orient, a, b, part) => Instruction::Orient(orient, a.map(to), b.map(to), part),
+                Instruction::Noise(at) => Instruction::Noise(at.map(to)),
+                Instruction::Cell(cell, axes, at) => Instruction::Cell(cell, axes, at.map(to)),
                 other => other,
             };
             renamed.insert(register, tape.code.len() as u32);
@@ -205,20 +250,6 @@ impl Graph {
         }
         tape.outputs = outputs.iter().map(|old| renamed.get(old).copied().unwrap_or(0)).collect();
         tape
-    }
-}
-
-fn reads(instruction: &Instruction, mut read: impl FnMut(u32)) {
-    match *instruction {
-        Instruction::Const(_)
-        | Instruction::Time
-        | Instruction::Frame
-        | Instruction::Keys(_)
-        | Instruction::Turn(..) => {}
-        Instruction::Unary(_, a) => read(a),
-        Instruction::Binary(_, a, b) => [a, b].into_iter().for_each(read),
-        Instruction::Select(a, b, c) => [a, b, c].into_iter().for_each(read),
-        Instruction::Orient(_, a, b, _) => a.into_iter().chain(b).for_each(&mut read),
     }
 }
 

@@ -210,8 +210,8 @@ impl<'a> Machine<'a> {
             match self.condition(condition, env)? {
                 Scalar::Const(0.0) => {}
                 Scalar::Const(_) => return block.as_ref(),
-                Scalar::Moving(_) => {
-                    self.structure(what, condition.span, stmt.span);
+                moving => {
+                    self.structure(what, moving, condition.span, stmt.span);
                     return None;
                 }
             }
@@ -236,7 +236,8 @@ impl<'a> Machine<'a> {
             Value::Range(from, to) => {
                 let (Scalar::Const(start), Scalar::Const(end)) = (from.value, to.value) else {
                     let counted = if what == "nodes" { "the number of nodes" } else { "the length of a list" };
-                    self.structure(counted, head.over.span, head.span);
+                    let moving = if from.value.constant().is_some() { to.value } else { from.value };
+                    self.structure(counted, moving, head.over.span, head.span);
                     return false;
                 };
                 let count = (end - start).max(0.0).ceil();
@@ -321,12 +322,9 @@ impl<'a> Machine<'a> {
                         None => return Some(Value::Error),
                         Some(Scalar::Const(0.0)) => {}
                         Some(Scalar::Const(_)) => return self.run_function(&block.as_ref()?.items, env),
-                        Some(Scalar::Moving(_)) => {
-                            let diagnostic =
-                                Diagnostic::new("E0601", "which `return` is reached may not depend on time")
-                                    .primary(self.file(), condition.span, "depends on time")
-                                    .help("return an `if` value: `return if .. { a } else { b }`");
-                            return Some(self.error(diagnostic));
+                        Some(moving) => {
+                            self.structure("which `return` is reached", moving, condition.span, condition.span);
+                            return Some(Value::Error);
                         }
                     }
                 }

@@ -11,6 +11,7 @@ use crate::eval::expr::{Env, same_type};
 use crate::eval::graph::Scalar;
 use crate::eval::limits;
 use crate::eval::machine::Machine;
+use crate::eval::surface::points;
 use crate::source::Span;
 use crate::suggest::{any_of, suggest};
 use crate::syntax::ast::{self, Arg, Expr, ExprKind, KeyValue};
@@ -192,8 +193,8 @@ impl<'a> Machine<'a> {
             }
             Scalar::Const(time) if key.after => Some(previous.map_or(0.0, |previous| previous.0) + time),
             Scalar::Const(time) => Some(time),
-            Scalar::Moving(_) => {
-                self.structure("the time of a key", span, span);
+            moving => {
+                self.structure("the time of a key", moving, span, span);
                 None
             }
         }
@@ -257,7 +258,9 @@ impl<'a> Machine<'a> {
             return false;
         }
         if !value.is_constant() {
-            self.later("keys whose values change over time", span);
+            let differ =
+                if points(&self.graph, value).is_none() { "change over time" } else { "differ from point to point" };
+            self.later(&format!("keys whose values {differ}"), span);
             return false;
         }
         if let Some(first) = first

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use kinora_scene::Placement;
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::{Diagnostic, Label};
+use crate::diagnostic::{Diagnostic, Kept, Label};
 use crate::eval::coerce::Data;
 use crate::eval::graph::Graph;
 use crate::eval::limits;
@@ -31,6 +31,7 @@ pub struct Machine<'a> {
     /// What was found.
     pub diagnostics: Vec<Diagnostic>,
     seen: HashSet<(&'static str, Span, String)>,
+    kept: Kept,
     /// The calls and loops that are running, innermost first.
     pub trace: Option<Rc<Trace>>,
     /// The lets and nodes that are running: name and place of the declaration.
@@ -170,6 +171,7 @@ impl<'a> Machine<'a> {
             globals: Rc::default(),
             diagnostics: Vec::new(),
             seen: HashSet::new(),
+            kept: Kept::default(),
             trace: None,
             pending: Vec::new(),
             endless: HashSet::new(),
@@ -206,6 +208,9 @@ impl<'a> Machine<'a> {
             (code, Some((_, place))) => (code, place, String::new()),
         };
         if !self.seen.insert(key) {
+            return;
+        }
+        if !self.kept.takes(&diagnostic) {
             return;
         }
         let mut trace = self.trace.clone();

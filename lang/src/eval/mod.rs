@@ -22,6 +22,7 @@ mod params;
 mod resolve;
 pub mod scope;
 pub mod shared;
+pub mod surface;
 
 use std::rc::Rc;
 use std::sync::{Arc, mpsc};

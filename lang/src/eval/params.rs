@@ -14,6 +14,7 @@ use crate::eval::expr::same_type;
 use crate::eval::items::{Converted, convert};
 use crate::eval::machine::{Machine, NodeKind, NodeState, NodeValue, Set};
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
+use crate::eval::surface::is_point;
 use crate::modules::Modules;
 use crate::schema::{Since, Type};
 use crate::source::{FileId, Source, Span, Texts};
@@ -229,7 +230,10 @@ fn outside_value(text: &str) -> Result<(Value, Option<String>), String> {
     let texts = Texts::new(&source);
     let mut machine = Machine::new(&texts, &nothing.mix);
     let scope = Rc::new(Scope::default());
-    let value = machine.plain(&expr, &scope);
+    let value = match &word {
+        Some(word) if is_point(word) => Value::Error,
+        _ => machine.plain(&expr, &scope),
+    };
     if let Some(error) = machine.diagnostics.iter().find(|error| error.is_error()) {
         return Err(error.message.clone());
     }

@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builtin;
-use crate::diagnostic::{Applicability, Diagnostic, Edit};
+use crate::diagnostic::{Applicability, Diagnostic, Edit, Kept};
 use crate::dimension;
 use crate::eval::coerce::{nearest_word, wrong_word};
 use crate::eval::expr::short_text;
 use crate::eval::items::{TYPES, kind_text, set_twice};
+use crate::eval::surface::is_point;
 use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
 use crate::source::{FileId, Span, Texts};
@@ -33,11 +34,12 @@ pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
             scopes: Vec::new(),
             found: Vec::new(),
             unknown: BTreeMap::new(),
-            siblings: Vec::new(),
+            siblings: FxHashSet::default(),
             lets: Vec::new(),
             inside: Vec::new(),
             early: Vec::new(),
             guessed: 0,
+            kept: Kept::default(),
         };
         resolver.head(&module.file);
         resolver.block(&module.file.items, Where::Top, false);
@@ -163,7 +165,7 @@ struct Resolver<'a> {
     /// Unknown names: the first report and where else they are used.
     unknown: BTreeMap<(String, String), (usize, Vec<Span>)>,
     /// The properties set in the block at hand: they are not suggested.
-    siblings: Vec<&'a str>,
+    siblings: FxHashSet<&'a str>,
     /// Which lets each let asks for.
     lets: Vec<Vec<usize>>,
     inside: Vec<usize>,
@@ -171,6 +173,7 @@ struct Resolver<'a> {
     early: Vec<(usize, Diagnostic)>,
     /// How many names were compared with unknown ones.
     guessed: usize,
+    kept: Kept,
 }
 
 /// Most names of the scene that are compared with unknown ones: behind so many mistakes nobody looks for help.
@@ -214,7 +217,9 @@ impl<'a> Resolver<'a> {
     }
 
     fn report(&mut self, diagnostic: Diagnostic) {
-        self.found.push(diagnostic);
+        if self.kept.takes(&diagnostic) {
+            self.found.push(diagnostic);
+        }
     }
 
     fn finish(mut self) -> Vec<Diagnostic> {
@@ -1158,6 +1163,9 @@ impl<'a> Resolver<'a> {
                     self.early.push((id, diagnostic));
                 }
             }
+            return;
+        }
+        if is_point(name) {
             return;
         }
         if single && !wanted.words.is_empty() {

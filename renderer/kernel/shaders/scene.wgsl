@@ -44,6 +44,8 @@ const CHOICE: u32 = 8u;
 const FEATURE_CUTOUT: u32 = 1u;
 const FEATURE_TEXTURE: u32 = 4u;
 const FEATURE_NORMAL_MAP: u32 = 8u;
+/// Textures that are computed: see `tape_value`.
+const FEATURE_TAPE: u32 = 32u;
 /// A sky that is not the same everywhere.
 const FEATURE_SKY_MAP: u32 = 0x00100000u;
 /// Lights from infinitely far away that are sampled: that sky, and suns.
@@ -138,7 +140,8 @@ struct Params {
     light_tree: u32,
     /// The media around the eye, as `Path::media`.
     media: vec4<u32>,
-    /// Where the maps of materials begin among `words`; the rest is unused.
+    /// Where the maps of materials begin among `words`, and the places of rows that lead from the world, or a part, to each
+    /// shape's own space (0: nobody reads them); the rest is unused.
     textures: vec4<u32>,
 }
 

@@ -442,7 +442,7 @@ fn surface_of_other(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
         uv = other_uv(kind, size, at.p, hit.uv.x);
         side = handedness(shape, n, along_u, cross(at.n, tangent));
     }
-    return Surface(world_point(shape, at.p), n, n, along_u, reach, shape, 0u, uv, side, 0u, uv);
+    return Surface(world_point(shape, at.p), n, n, along_u, reach, shape, 0u, uv, side, 0u, uv, 0u);
 }
 
 /// (u, v) of a place `p` in the space of such a shape, on that part of it.

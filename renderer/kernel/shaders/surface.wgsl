@@ -21,6 +21,8 @@ struct Surface {
     mesh: u32,
     /// Of a triangle: the shares of its second and third corner.
     at: vec2<f32>,
+    /// Of an instance: its shape and 1, else 0.
+    copy: u32,
 }
 
 /// Octahedral normal from two 16-bit signed fractions (Cigolle et al., JCGT 3(2), 2014).
@@ -62,7 +64,7 @@ fn surface_of_flat(hit: Hit) -> Surface {
     let side = select(1.0, -1.0, turned);
     let shape = shade.w & ~PRIMITIVE_KIND;
     let mesh = select(0u, index.y, triangle);
-    var s = Surface(p, ng, ns, tangent, reach, shape, index.x, select(hit.uv, hit.uv.yx, turned), side, mesh, hit.uv);
+    var s = Surface(p, ng, ns, tangent, reach, shape, index.x, select(hit.uv, hit.uv.yx, turned), side, mesh, hit.uv, 0u);
     if has_textures() && mesh != 0u {
         place_on_mesh(&s, ab, ac);
     }
@@ -119,7 +121,7 @@ fn surface_of_sphere(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
         uv = sphere_uv(p);
         side = handedness(shape, n, along_u, vec3<f32>(-p.x * p.y, 1.0 - p.y * p.y, -p.z * p.y));
     }
-    return Surface(world_point(shape, p), n, n, along_u, shape_reach(shape, 1.0), shape, 0u, uv, side, 0u, uv);
+    return Surface(world_point(shape, p), n, n, along_u, shape_reach(shape, 1.0), shape, 0u, uv, side, 0u, uv, 0u);
 }
 
 fn surface_of_plane(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
@@ -129,7 +131,7 @@ fn surface_of_plane(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     let reach = shape_reach(shape, max(abs(p.x), abs(p.y)));
     let tangent = world_vector(shape, vec3<f32>(1.0, 0.0, 0.0));
     let side = handedness(shape, n, tangent, vec3<f32>(0.0, 1.0, 0.0));
-    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, tangent, reach, shape, 0u, p.xy, side, 0u, p.xy);
+    return Surface(world_point(shape, vec3<f32>(p.xy, 0.0)), n, n, tangent, reach, shape, 0u, p.xy, side, 0u, p.xy, 0u);
 }
 
 // 1, or -1 where the object's direction of growing v is to the right of growing u, seen from outside.
@@ -166,6 +168,7 @@ fn surface_at(hit: Hit, o: vec3<f32>, d: vec3<f32>) -> Surface {
     }
     var s = surface_of_own(own, from_there, along);
     if shape != NONE {
+        s.copy = shape + 1u;
         s.p = world_point(shape, s.p);
         s.ng = normalize(world_normal(shape, s.ng));
         s.ns = normalize(world_normal(shape, s.ns));

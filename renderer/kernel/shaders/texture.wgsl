@@ -20,6 +20,8 @@ const TEXTURE_CHECKER: u32 = 1u;
 const TEXTURE_VERTEX_COLOR: u32 = 2u;
 /// Then width, height, the place of the texels, and the rows of the affine map from uv to the picture.
 const TEXTURE_IMAGE: u32 = 3u;
+/// See tape.wgsl.
+const TEXTURE_TAPE: u32 = 4u;
 /// Bits of the first word: all of the colour, or one channel in all of it.
 const TEXTURE_CHANNEL: u32 = 4u;
 const TEXTURE_CHANNEL_MASK: u32 = 7u;
@@ -240,6 +242,8 @@ fn texture_value(texture: u32, s: Surface) -> vec4<f32> {
             value = word_color(at + 1u);
         } else if kind == TEXTURE_VERTEX_COLOR {
             value = vertex_color(s);
+        } else if (params.features & FEATURE_TAPE) != 0u && kind == TEXTURE_TAPE {
+            value = tape_value(at, s);
         } else {
             value = image_value(at, surface_uv(s, (head & TEXTURE_SECOND_UV) != 0u));
         }

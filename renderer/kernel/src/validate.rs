@@ -1,14 +1,16 @@
 //! Whether packed arrays hold together. The shaders follow their indices without looking, on a GPU too: what is out of
 //! range there reads whatever lies behind the array.
 
+use std::collections::HashSet;
 use std::fmt;
 
 use crate::albedo;
 use crate::generated::{
     FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_LIGHT_TREE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_SKY_MAP,
-    FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX,
-    MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE,
-    TABLE_ALBEDO, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_TAPE, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_LIST, MAPS_OPACITY, MAPS_SIZE,
+    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS,
+    PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TAPE_LONGEST, TAPE_STEP, TAPE_STEPS,
+    TEXTURE_CHECKER, TEXTURE_KIND, TEXTURE_TAPE, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -88,6 +90,7 @@ impl Packed {
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
         }
         self.validate_sky()?;
+        self.validate_textures()?;
         self.validate_light_tree()
     }
 
@@ -103,6 +106,14 @@ impl Packed {
         if self.params.features & FEATURE_TEXTURE != 0 && self.params.textures.x != 0 {
             let maps = self.materials.len() as u32 * MAPS_SIZE;
             at.range("the maps of materials", self.params.textures.x, maps, self.words.len())?;
+        }
+        if self.params.textures.y != 0 {
+            let shapes = self.shapes.len() as u32;
+            at.range("the places of own spaces", self.params.textures.y, shapes, self.words.len())?;
+            let first = self.params.textures.y as usize;
+            for (i, &rows) in self.words[first..first + self.shapes.len()].iter().enumerate() {
+                At("shapes", i).range("the rows of its own space", rows, 12, self.words.len())?;
+            }
         }
         for medium in self.params.media.to_array() {
             at.below_or_none("a medium around the eye", medium, self.materials.len())?;
@@ -169,6 +180,63 @@ impl Packed {
             at.below("the sky's cells, which make no tree", u64::from(!count.is_power_of_two()), 1)?;
         }
         at.below("the sky's last sum", first + 2 * rows + 2 * rows * columns - 1, self.words.len())
+    }
+
+    // Of the textures that the maps of materials lead to: what the shaders read of tapes, and where they go on from there.
+    fn validate_textures(&self) -> Result<(), Invalid> {
+        if self.params.features & FEATURE_TAPE == 0 || self.params.textures.x == 0 {
+            return Ok(());
+        }
+        let word = |i: usize, what: &'static str| {
+            At("words", i).below(what, i as u64, self.words.len())?;
+            Ok(self.words[i] as usize)
+        };
+        let mut open = Vec::new();
+        for material in 0..self.materials.len() {
+            let maps = self.params.textures.x as usize + material * MAPS_SIZE as usize;
+            let list = word(maps + MAPS_LIST as usize, "the list of maps")?;
+            if list != 0 {
+                for i in 0..word(list, "the number of maps")? {
+                    open.push(word(list + 2 + 2 * i, "the texture of a map")?);
+                }
+            }
+            let mut at = word(maps + MAPS_OPACITY as usize, "the terms of opacity")?;
+            if at != 0 {
+                let terms = word(at, "the number of terms")?;
+                at += 1;
+                for _ in 0..terms {
+                    let factors = word(at, "the number of factors")?;
+                    at += 1;
+                    for _ in 0..factors {
+                        let textures = word(at + 2, "the number of textures")? >> 1;
+                        for i in 0..textures {
+                            open.push(word(at + 3 + i, "the texture of a factor")?);
+                        }
+                        at += 3 + textures;
+                    }
+                }
+            }
+        }
+        let mut seen = HashSet::new();
+        while let Some(texture) = open.pop() {
+            if !seen.insert(texture) {
+                continue;
+            }
+            match word(texture, "a texture")? as u32 & TEXTURE_KIND {
+                TEXTURE_CHECKER => {
+                    open.extend([word(texture + 1, "a checker")?, word(texture + 2, "a checker")?]);
+                }
+                TEXTURE_TAPE => {
+                    let steps = word(texture + 1, "the steps of a tape")?;
+                    let at = At("words", texture);
+                    at.below("the number of steps", steps as u64, TAPE_LONGEST as usize + 1)?;
+                    let count = TAPE_STEPS + TAPE_STEP * steps as u32;
+                    at.range("the last step of a tape", texture as u32, count, self.words.len())?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     fn validate_light_tree(&self) -> Result<(), Invalid> {

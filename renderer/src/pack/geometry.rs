@@ -91,6 +91,9 @@ impl Geometry {
         }
         let first_light = if self.lights.len() as u32 == first_light { NO_LIGHT } else { first_light };
         record.index = UVec4::new(instance.material as u32, first_light, record.index.z, instance.node as u32);
+        if self.reads.get(instance.material).is_some_and(|reads| reads.local) {
+            self.textures.local(self.shapes.len(), place);
+        }
         self.shapes.push(record);
 
         let outside = self.bounds[first..].iter().any(|b| is_far(b.low) || is_far(b.high));

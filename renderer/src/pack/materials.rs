@@ -15,7 +15,7 @@ use kinora_scene::{Bsdf, DiffuseModel, Emission, Map, Material, Reflectance, Slo
 
 use super::opacity::{self, Factor, Opacity};
 use super::textures::{Maps, Textures};
-use super::{PackError, spectra};
+use super::{PackError, spectra, tapes};
 
 /// One emitter of a material's tree, on a shape.
 #[derive(Clone, Debug)]
@@ -59,6 +59,8 @@ pub struct Reads {
     pub tangents: bool,
     /// A normal map.
     normals: bool,
+    /// Where a point is in the shape's own space.
+    pub local: bool,
 }
 
 impl Reads {
@@ -67,6 +69,7 @@ impl Reads {
             textures: self.textures || other.textures,
             tangents: self.tangents || other.tangents,
             normals: self.normals || other.normals,
+            local: self.local || other.local,
         }
     }
 }
@@ -161,7 +164,8 @@ impl Packer<'_> {
     fn own_reads(&self, material: &Material<Still>) -> Reads {
         let stretched = matches!(material.bsdf, Bsdf::Metal { anisotropy, .. } if anisotropy > 0.0);
         let normals = material.maps.iter().any(|map| matches!(map.slot, Slot::Normal { .. }));
-        Reads { textures: !material.maps.is_empty(), tangents: stretched || normals, normals }
+        let local = tapes::reads_local(&material.maps);
+        Reads { textures: !material.maps.is_empty(), tangents: stretched || normals, normals, local }
     }
 
     // Whether it is a mix whose parts are met by different shares of rays from point to point.

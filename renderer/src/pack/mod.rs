@@ -13,6 +13,7 @@ mod opacity;
 mod other;
 mod sky;
 mod spectra;
+mod tapes;
 mod textures;
 mod tree;
 
@@ -72,6 +73,11 @@ pub enum PackError {
         /// How many levels there may be.
         limit: usize,
     },
+    /// A texture is computed in too many steps.
+    Tape {
+        /// How many steps there may be.
+        limit: usize,
+    },
     /// Textures, and what meshes have for them, are too large to be counted.
     Texels {
         /// How large they are.
@@ -116,6 +122,7 @@ impl std::fmt::Display for PackError {
                 write!(f, "the opacity of a mixed material depends on more than {limit} values")
             }
             PackError::Textures { limit } => write!(f, "textures are more than {limit} levels inside one another"),
+            PackError::Tape { limit } => write!(f, "a texture is computed in more than {limit} steps"),
             PackError::Texels { bytes, limit } => {
                 write!(f, "the textures take {} MiB, the limit is {} MiB", bytes >> 20, limit >> 20)
             }
@@ -170,7 +177,9 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     let near_count = lights::choose_by_power(&mut geometry.lights);
     // What textures read stands first, since place 0 stands for nothing and their tables have fixed places.
     let texture_features = geometry.textures.features;
-    let (mut words, maps) = std::mem::take(&mut geometry.textures).finish(geometry.materials.len())?;
+    let (counts, textures) =
+        ((geometry.materials.len(), geometry.shapes.len()), std::mem::take(&mut geometry.textures));
+    let (mut words, places) = textures.finish(counts.0, counts.1)?;
     let needed = words.len() + geometry.lights.len() * tree::PAIR;
     let many = geometry.lights.len() >= tree::TREE_FROM;
     if many && needed > MAX_WORDS {
@@ -230,7 +239,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
         }
     }
     params.features |= texture_features;
-    params.textures.x = maps;
+    [params.textures.x, params.textures.y] = places;
     let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
     tables.resize(TABLE_ALBEDO as usize, 0.0);
     tables.extend_from_slice(albedo::tables());

@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use kinora_kernel::albedo;
 use kinora_kernel::generated::{
-    FEATURE_NORMAL_MAP, FEATURE_TEXTURE, FORMAT_FLOAT, FORMAT_LINEAR_8, FORMAT_LINEAR_16, FORMAT_SRGB_8,
+    FEATURE_NORMAL_MAP, FEATURE_TAPE, FEATURE_TEXTURE, FORMAT_FLOAT, FORMAT_LINEAR_8, FORMAT_LINEAR_16, FORMAT_SRGB_8,
     FORMAT_SRGB_16, MAPS_SIZE, MAX_TEXTURES, METAL_ROUGHNESSES, STRETCHED_ANISOTROPIES, STRETCHED_ROUGHNESSES,
     TEXTURE_CHANNEL, TEXTURE_CHECKER, TEXTURE_CONSTANT, TEXTURE_FORMAT, TEXTURE_IMAGE, TEXTURE_NEAREST,
     TEXTURE_SECOND_UV, TEXTURE_VERTEX_COLOR, TEXTURE_WRAP_U, TEXTURE_WRAP_V, WORDS_END, WORDS_LOST,
@@ -16,8 +16,8 @@ use kinora_kernel::generated::{
 use kinora_scene::{Channel, ColorSpace, Image, ImageTexture, Mesh, Paint, TexelFilter, Texels, Texture, UvSet, Wrap};
 use rayon::prelude::*;
 
-use super::PackError;
 use super::geometry::encode_normal;
+use super::{PackError, tapes};
 
 /// The words of a material's maps, as `MAPS_…` count them.
 pub type Maps = [u32; MAPS_SIZE as usize];
@@ -34,6 +34,8 @@ pub struct Textures {
     averages: HashMap<*const Texture, Vec4>,
     /// One of each of the materials' records that have any.
     maps: Vec<Maps>,
+    /// The places of the rows that lead to the own spaces of shapes, by shape.
+    locals: Vec<u32>,
     /// `FEATURE_…` bits.
     pub features: u32,
 }
@@ -46,6 +48,7 @@ impl Default for Textures {
             textures: HashMap::new(),
             averages: HashMap::new(),
             maps: Vec::new(),
+            locals: Vec::new(),
             features: 0,
         }
     }
@@ -138,6 +141,10 @@ impl Textures {
                 let scale = scale.to_array().map(f32::to_bits);
                 self.push([TEXTURE_CHECKER | second(*uv_set), a, b, scale[0], scale[1]])
             }
+            Texture::Tape(tape) => {
+                self.features |= FEATURE_TAPE;
+                self.push(tapes::words(tape)?)
+            }
             Texture::VertexColor { channel } => {
                 self.push([TEXTURE_VERTEX_COLOR | channel_code(*channel) << TEXTURE_CHANNEL])
             }
@@ -208,6 +215,7 @@ impl Textures {
                 };
                 (of(a) + of(b)) * 0.5
             }
+            Texture::Tape(tape) => tapes::average(tape),
             Texture::VertexColor { .. } => Vec4::ONE,
         };
         self.averages.insert(Arc::as_ptr(texture), average);
@@ -244,18 +252,34 @@ impl Textures {
         self.push([corner_words, uvs, more, colors, tangents])
     }
 
-    /// All words, those of `count` materials' maps last, and where these begin.
-    pub fn finish(mut self, count: usize) -> Result<(Vec<u32>, u32), PackError> {
-        let mut at = 0;
+    /// Says how `shape`, which lies at `place`, is reached from the world or its part.
+    pub fn local(&mut self, shape: usize, place: DAffine3) {
+        let inverse = place.inverse();
+        let row = |i: usize| inverse.matrix3.row(i).extend(inverse.translation[i]).as_vec4().to_array();
+        let rows = self.push([0, 1, 2].into_iter().flat_map(row).map(f32::to_bits));
+        if self.locals.len() <= shape {
+            self.locals.resize(shape + 1, 0);
+        }
+        self.locals[shape] = rows;
+    }
+
+    /// All words, and the two places of `Params::textures`, for so many materials and shapes.
+    pub fn finish(mut self, materials: usize, shapes: usize) -> Result<(Vec<u32>, [u32; 2]), PackError> {
+        let mut places = [0; 2];
         if self.features & FEATURE_TEXTURE != 0 {
-            self.maps.resize(count, Maps::default());
+            self.maps.resize(materials, Maps::default());
             let maps = std::mem::take(&mut self.maps);
-            at = self.push(maps.into_iter().flatten());
+            places[0] = self.push(maps.into_iter().flatten());
+        }
+        if !self.locals.is_empty() {
+            self.locals.resize(shapes, 0);
+            let locals = std::mem::take(&mut self.locals);
+            places[1] = self.push(locals);
         }
         if self.words.len() > MAX_WORDS {
             return Err(PackError::Texels { bytes: self.words.len() as u64 * 4, limit: MAX_WORDS as u64 * 4 });
         }
-        Ok((self.words, at))
+        Ok((self.words, places))
     }
 }
 

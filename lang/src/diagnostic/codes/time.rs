@@ -92,4 +92,11 @@ sphere ball { radius: keys { 0s: 1  12s: 2 } }"#),
         bad: scene!("sphere ball { radius: keys { 0s: 1  1ms: 2 } }"),
         good: scene!("sphere ball { radius: keys { 0s: 1  1s: 2 } }"),
     },
+    Row {
+        code: "E0613",
+        title: "a value of a surface's point elsewhere",
+        text: "`p`, `p_local`, `uv` and `normal` are known where a ray meets a surface, so only what is asked there can depend on them: the colours and ratios of materials.",
+        bad: scene!("sphere ball { radius: 1m + 0.1 * p.x }"),
+        good: scene!("sphere ball { material: diffuse { roughness: 0.5 + 0.5 * noise(p) } }"),
+    },
 ];

@@ -42,6 +42,9 @@ pub(super) fn control_characters(finder: &mut Finder<'_>, inside: Span) {
             other => is_bidi(other),
         };
         if is_control {
+            if finder.found.len() >= MOST {
+                return;
+            }
             let span = Span::new(at as u32, (at + character.len_utf8()) as u32);
             let message = format!("control character U+{:04X} in source", u32::from(character));
             let mut found = finder.error("E0120", message, span, "this character").help("remove it");

@@ -17,7 +17,7 @@ use super::kind::SyntaxKind;
 use super::lower::parts;
 use super::part::Part;
 use super::scan::MAX_NESTING;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, MOST};
 use crate::source::{FileId, Source, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -154,6 +154,9 @@ impl<'a> Finder<'a> {
             self.crowd = (line, if self.crowd.0 == line { self.crowd.1 + 1 } else { 1 });
             if self.crowd.1 > CROWD {
                 self.passed = self.source.line_start(line + 1);
+            }
+            if self.found.len() >= MOST {
+                self.passed = u32::MAX;
             }
         }
         self.found.push((false, diagnostic));

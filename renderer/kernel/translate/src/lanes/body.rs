@@ -56,6 +56,7 @@ pub fn function(
         locals: Default::default(),
         texts: Default::default(),
         before: Vec::new(),
+        mask: mask.clone(),
         rows: Vec::new(),
     };
     let mut body = Body {
@@ -153,6 +154,7 @@ impl<'a> Body<'a> {
     }
 
     fn value(&mut self, handle: Handle<Expression>) -> Result<String, Reason> {
+        self.lanes.mask.clone_from(&self.mask);
         let text = self.lanes.value(handle)?;
         self.flush();
         Ok(text)
@@ -221,6 +223,7 @@ impl<'a> Body<'a> {
         }
         if self.lanes.varies(handle) {
             self.lanes.texts.remove(&handle);
+            self.lanes.mask.clone_from(&self.mask);
             let text = self.lanes.compute(handle)?;
             self.flush();
             let variable = matches!(self.lanes.scalar.function.expressions[handle], Expression::Load { .. });

@@ -46,6 +46,39 @@
         }
     }
 
+    /// The index that all lanes of `mask` have, made the last of `count` where it is past the end.
+    #[lanes]
+    fn shared(mask: M, index: U, count: usize) -> Option<usize> {
+        let first = index.get(mask.bits().trailing_zeros() as usize);
+        mask.and_not(index.eq(U::splat(first))).none().then(|| (first as usize).min(count - 1))
+    }
+
+    /// An element of a long array for each lane of `mask`.
+    #[lanes]
+    pub fn pick<const N: usize>(array: &[F; N], index: U, mask: M) -> F {
+        if let Some(all) = shared(mask, index, N) {
+            return array[all];
+        }
+        let mut value = array[N - 1];
+        for (i, element) in array.iter().enumerate().take(N - 1) {
+            value = F::select(index.eq(U::splat(i as u32)), *element, value);
+        }
+        value
+    }
+
+    /// Stores into a long array for each lane of `mask`.
+    #[lanes]
+    pub fn put<const N: usize>(array: &mut [F; N], index: U, mask: M, value: F) {
+        if let Some(all) = shared(mask, index, N) {
+            array[all] = F::select(mask, value, array[all]);
+            return;
+        }
+        let index = index.min(U::splat(N as u32 - 1));
+        for (i, element) in array.iter_mut().enumerate() {
+            *element = F::select(mask.and(index.eq(U::splat(i as u32))), value, *element);
+        }
+    }
+
     impl M {
         #[lanes]
         pub fn not(self) -> Self {

@@ -18,6 +18,8 @@ use crate::types::Reason;
 const PARTS: [&str; 4] = ["x", "y", "z", "w"];
 /// The longest array that is searched for a lane's index.
 const LONGEST_SEARCH: u32 = 64;
+/// Numbers of a longer array than this are looked at one by one only where lanes ask for different ones.
+const SHORT: u32 = 16;
 
 /// What the expressions of one function are written with.
 pub struct Lanes<'a> {
@@ -29,6 +31,8 @@ pub struct Lanes<'a> {
     pub texts: HashMap<Handle<Expression>, String>,
     /// Lines that must stand before the expression at hand.
     pub before: Vec<String>,
+    /// The variable with the lanes that run what is written.
+    pub mask: String,
     /// The rows that were chosen of a slice in the blocks that are open: slice, index, name.
     pub rows: Vec<(String, String, String)>,
 }
@@ -439,6 +443,9 @@ impl<'a> Lanes<'a> {
                 let text = format!("{text}[wgsl::index({index} as usize, {n})]");
                 return self.read(text, rest, inner, ty);
             }
+            Step::Array(index, false, n) if is_long(*n, rest, inner) => {
+                return Ok(self.bind(&format!("w::pick(&{text}, {index}.bits_uint(), {})", self.mask)));
+            }
             Step::Array(index, false, n) => {
                 elements(&text, *n)?.into_iter().map(|element| (element, index.clone())).collect()
             }
@@ -499,6 +506,11 @@ impl<'a> Lanes<'a> {
             Step::Array(index, true, n) => {
                 let text = format!("{text}[wgsl::index({index} as usize, {n})]");
                 return self.write(&text, rest, value, mask, inner, ty, lines);
+            }
+            Step::Array(index, false, n) if is_long(*n, rest, inner) => {
+                let mask = mask.unwrap_or_else(|| self.mask.clone());
+                lines.push(format!("w::put(&mut {text}, {index}.bits_uint(), {mask}, {value});"));
+                return Ok(());
             }
             Step::Array(index, false, n) => (elements(text, *n)?, format!("{index}.bits_uint()")),
             Step::Vector(index, uniform, n) => {
@@ -768,6 +780,11 @@ fn fixed(inner: &TypeInner, index: u32) -> Result<String, Reason> {
         }
         _ => Err("an index into this type".to_owned()),
     }
+}
+
+/// Whether the step leads to a number of a long array.
+fn is_long(n: u32, rest: &[Step], inner: &TypeInner) -> bool {
+    n > SHORT && n <= LONGEST_SEARCH && rest.is_empty() && matches!(inner, TypeInner::Scalar(Scalar::F32))
 }
 
 fn elements(text: &str, n: u32) -> Result<Vec<String>, Reason> {
