@@ -165,7 +165,7 @@ impl Call<'_> {
         match surface::texture(self.graph, parts, self.file, span) {
             Ok(texture) => Some(texture),
             Err(diagnostic) => {
-                self.problems.push(diagnostic);
+                self.problems.push(*diagnostic);
                 None
             }
         }

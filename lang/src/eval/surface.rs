@@ -76,21 +76,22 @@ pub fn points(graph: &Graph, value: &Value) -> Points {
 ///
 /// # Errors
 /// They are more than is computed at a point.
-pub fn texture(graph: &mut Graph, parts: &[Scalar], file: FileId, span: Span) -> Result<Arc<Texture>, Diagnostic> {
+pub fn texture(graph: &mut Graph, parts: &[Scalar], file: FileId, span: Span) -> Result<Arc<Texture>, Box<Diagnostic>> {
     let tape = graph.tape(parts);
     let too_many = |limit: usize, what: &str| {
         let message = format!("more than {} {what} at a point of a surface", spaced(limit as f64));
         Diagnostic::new("E1004", message).primary(file, span, "computed at every point that is seen")
     };
-    match Program::new(&tape) {
-        Ok(_) => Ok(Arc::new(Texture::Tape(tape))),
-        Err(Unfit::Steps) => Err(too_many(STEPS, "operations").help("use fewer octaves, or mix fewer things")),
+    let diagnostic = match Program::new(&tape) {
+        Ok(_) => return Ok(Arc::new(Texture::Tape(tape))),
+        Err(Unfit::Steps) => too_many(STEPS, "operations").help("use fewer octaves, or mix fewer things"),
         Err(Unfit::Values) => {
-            Err(too_many(VALUES, "values at once").help("use each value soon after it is made, or mix fewer things"))
+            too_many(VALUES, "values at once").help("use each value soon after it is made, or mix fewer things")
         }
-        Err(Unfit::Rotation) => Err(not_yet("rotations by directions that differ from point to point", file, span)
-            .help("turn by an angle: `rotate_y(..)`")),
-    }
+        Err(Unfit::Rotation) => not_yet("rotations by directions that differ from point to point", file, span)
+            .help("turn by an angle: `rotate_y(..)`"),
+    };
+    Err(Box::new(diagnostic))
 }
 
 impl<'a> Machine<'a> {
@@ -118,7 +119,7 @@ impl<'a> Machine<'a> {
             return match texture(&mut self.graph, parts, file, site.expr.span) {
                 Ok(texture) => Some(Data::Texture(texture)),
                 Err(diagnostic) => {
-                    self.report(diagnostic);
+                    self.report(*diagnostic);
                     None
                 }
             };
