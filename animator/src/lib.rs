@@ -1,6 +1,6 @@
 //! Gives a [`Scene`] its time: a scene and an instant make a [`World`], where nothing moves any more.
 //!
-//! [`sample`] is the stage; [`value`] is one track and [`ease`] one timing curve, for whoever needs a part of it.
+//! [`sample`] is the stage ([`sample_moving`] knows of the next frame too); [`value`] is one track and [`ease`] one timing curve, for whoever needs a part of it.
 //! Everything here is a pure function of its arguments and keeps no state, so frames may be asked for in any order: frame
 //! 37 alone equals frame 37 in a range.
 //!
@@ -34,5 +34,5 @@ mod track;
 
 pub use ease::ease;
 pub use error::{Fault, Place, SampleError};
-pub use sample::sample;
+pub use sample::{sample, sample_moving};
 pub use track::{Blend, value};

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use common::{camera, node, scene, sphere};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use kinora_animator::{Fault, Place, sample};
+use kinora_animator::{Fault, Place, sample, sample_moving};
 use kinora_scene::*;
 
 fn world(scene: &Scene, time_s: f64) -> World {
@@ -31,6 +31,87 @@ fn glass<R: Rate>(ior: R::Of<f64>, roughness: R::Of<f64>) -> Bsdf<R> {
         thin: true,
         priority: -3,
     }
+}
+
+/// A group that moves with time, and in it a ball that grows and a lamp; a copy of the ball, and a hidden one.
+fn moving_scene() -> Scene {
+    let along_x = || -> Track<DVec3> {
+        Track::Curve(Box::new(Tape {
+            code: vec![Instruction::Time, Instruction::Const(0.0)],
+            outputs: vec![0, 1, 1],
+            ..Tape::default()
+        }))
+    };
+    let mut scene = scene();
+    scene.nodes = vec![node("cart", None, None), node("ball", Some(0), Some(sphere())), node("copies", Some(0), None)];
+    scene.nodes[0].placing.position = along_x();
+    scene.nodes[1].shape = Some(Shape::Sphere { radius_m: time() });
+    scene.nodes[2].copies = Some(Box::new(Copies { of: 1, at: vec![Placement::IDENTITY; 2], material: None }));
+    scene.cameras[0].position = along_x();
+    scene.cameras[0].aim = Aim::Rotation(DQuat::IDENTITY.into());
+    scene.lights = vec![Light {
+        name: "lamp".into(),
+        parent: Some(0),
+        color: Color::ONE,
+        kind: LightKind::Point { position: DVec3::Y.into(), power: 1.0.into(), radius_m: 0.1 },
+    }];
+    scene
+}
+
+#[test]
+fn the_next_frame_is_where_things_go() {
+    let scene = moving_scene();
+    let (time_s, step) = (2.0, 1.0 / 24.0);
+    let plain = world(&scene, time_s);
+    assert!(plain.next.is_none() && plain.instances[0].next.is_none() && plain.copies[0].next.is_empty());
+    let now = sample_moving(&scene, scene.clock.shutter_at(time_s)).unwrap();
+    let next = world(&scene, time_s + step);
+    assert_eq!(now.next.as_ref(), Some(&next.view));
+    assert_eq!((&now.view, &now.instances[0].shape), (&plain.view, &plain.instances[0].shape));
+    let along = DAffine3::from_translation(DVec3::X * (time_s + step));
+    let grown = DAffine3::from_scale(DVec3::splat((time_s + step) / time_s));
+    // The ball itself grows; its copies move as wholes, and it grows in their space.
+    let ball = now.instances[0].next.unwrap();
+    assert!(ball.abs_diff_eq(along * grown, 1e-12), "{ball:?}");
+    assert_eq!(now.copies[0].next, next.copies[0].places);
+    let inner = now.parts[0].instances[0].next.unwrap();
+    assert!(inner.abs_diff_eq(grown, 1e-12), "{inner:?}");
+    let lamp = now.lights[0].next.unwrap();
+    check_near(lamp.transform_point3(DVec3::new(time_s, 1.0, 0.0)), DVec3::new(time_s + step, 1.0, 0.0));
+
+    // What stays has the very same place, and a lamp none.
+    let still = sample_moving(&common::scene(), Clock::default().shutter_at(1.0)).unwrap();
+    assert_eq!(still.instances[0].next, Some(still.instances[0].world_from_object));
+    assert_eq!(still.next, Some(still.view));
+    // Whoever hides is where it is all the same.
+    let mut hiding = moving_scene();
+    let seen = |until_s: f64| {
+        let key = |time_s, value| Key { time_s, value, ease: Ease::Linear };
+        Track::Keys(Keys {
+            keys: vec![key(0.0, true), key(until_s, false)],
+            outside: Outside::Hold,
+            space: Space::Linear,
+        })
+    };
+    hiding.nodes[0].visible = seen(time_s + 0.5 * step);
+    let hiding = sample_moving(&hiding, scene.clock.shutter_at(time_s)).unwrap();
+    assert_eq!(hiding.instances[0].next, now.instances[0].next);
+    // A place that the next frame lacks is a fault of those alone who ask.
+    let mut gone = moving_scene();
+    gone.nodes[1].shape = Some(Shape::Sphere {
+        radius_m: Track::Keys(Keys {
+            keys: vec![
+                Key { time_s: 0.0, value: 1.0, ease: Ease::Linear },
+                Key { time_s, value: 1.0, ease: Ease::Linear },
+                Key { time_s: time_s + step, value: -1.0, ease: Ease::Linear },
+            ],
+            outside: Outside::Hold,
+            space: Space::Linear,
+        }),
+    });
+    world(&gone, time_s);
+    let error = sample_moving(&gone, scene.clock.shutter_at(time_s)).unwrap_err();
+    assert_eq!((error.place, error.property), (Place::Node(1), "radius"));
 }
 
 fn check_near(found: DVec3, expected: DVec3) {

@@ -168,8 +168,26 @@ impl Loaded {
     /// # Errors
     /// There is no scene, or a value has no use at that time.
     pub fn sample(&self, shutter: Shutter) -> Result<World, Box<Diagnostic>> {
+        self.sample_with(kinora_animator::sample, shutter)
+    }
+
+    /// As [`Loaded::sample`], with where all of it is at the next frame if `moving`.
+    ///
+    /// # Errors
+    /// As [`Loaded::sample`], also at the next frame.
+    #[cfg(feature = "render")]
+    pub fn sample_moving(&self, shutter: Shutter, moving: bool) -> Result<World, Box<Diagnostic>> {
+        let sample = if moving { kinora_animator::sample_moving } else { kinora_animator::sample };
+        self.sample_with(sample, shutter)
+    }
+
+    fn sample_with(
+        &self,
+        sample: fn(&Scene, Shutter) -> Result<World, SampleError>,
+        shutter: Shutter,
+    ) -> Result<World, Box<Diagnostic>> {
         let scene = self.scene.as_deref().ok_or_else(|| Box::new(no_scene()))?;
-        kinora_animator::sample(scene, shutter).map_err(|error| Box::new(self.fault(&error)))
+        sample(scene, shutter).map_err(|error| Box::new(self.fault(&error)))
     }
 
     /// The texts named as the user named the scene, and what it imports in the same way: so that an editor finds them.

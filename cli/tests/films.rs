@@ -137,6 +137,84 @@ fn layers() {
 }
 
 #[test]
+fn light_in_parts() {
+    let folder = Folder::hello();
+    render(&folder, "-o plain.exr");
+    let flags = "--aov specular,variance,diffuse,emission";
+    render(&folder, &format!("{flags} --threads 1 -o a.exr"));
+    render(&folder, &format!("{flags} --threads 2 -o b.exr"));
+    assert!(folder.read("a.exr") == folder.read("b.exr"), "the same picture is the same bytes");
+    let (plain, picture) = (exr(&folder, "plain.exr").channels, exr(&folder, "a.exr").channels);
+    let names: Vec<&str> = picture.keys().map(String::as_str).collect();
+    let expected = [
+        "B",
+        "G",
+        "R",
+        "diffuse.B",
+        "diffuse.G",
+        "diffuse.R",
+        "emission.B",
+        "emission.G",
+        "emission.R",
+        "specular.B",
+        "specular.G",
+        "specular.R",
+        "variance.B",
+        "variance.G",
+        "variance.R",
+    ];
+    assert_eq!(names, expected);
+    for axis in ["R", "G", "B"] {
+        assert_eq!(picture[axis], plain[axis], "layers change the picture");
+        let part = |layer: &str| &picture[&format!("{layer}.{axis}")];
+        let (diffuse, specular, emission) = (part("diffuse"), part("specular"), part("emission"));
+        for (i, all) in picture[axis].iter().enumerate() {
+            let sum = diffuse[i] + specular[i] + emission[i];
+            assert!((sum - all).abs() <= 1e-6 * all, "{axis} of pixel {i} is {all}, its parts are {sum}");
+        }
+        // The sky shines, the ball and the floor scatter.
+        assert!(emission[0] > 0.0 && diffuse[0] + specular[0] == 0.0);
+        assert!(emission[8 * 24 + 12] == 0.0 && part("variance")[8 * 24 + 12] > 0.0);
+    }
+}
+
+const MOVES: &str = "lang 1
+render { resolution: (24, 16), samples: 1, max_bounces: 0, fps: 10, duration: 1s }
+camera { projection: orthographic, height: 4m, position: (time / 1s, 0, 5) }
+sphere { position: (0, -2 * (time / 1s), 0), radius: 1 }";
+
+#[test]
+fn motion() {
+    let folder = Folder::new();
+    folder.write("hello.kin", MOVES);
+    let moves = |file: &str| {
+        let picture = exr(&folder, file).channels;
+        assert!(picture.keys().eq(["B", "G", "R", "motion.X", "motion.Y"]));
+        let at = |i: usize| [picture["motion.X"][i], picture["motion.Y"][i]];
+        (at(0), at(8 * 24 + 12))
+    };
+    // A tenth of a second is 0.1 m to the right for the camera, hence 0.4 pixels to the left for the ball, which falls 0.2 m.
+    let check = |file: &str| {
+        let (sky, [x, y]) = moves(file);
+        assert_eq!(sky, [0.0, 0.0]);
+        assert!((x + 0.4).abs() < 1e-4 && (y + 0.8).abs() < 1e-4, "{file}: {x}, {y}");
+    };
+    render(&folder, "--aov motion -o a.exr");
+    check("a.exr");
+    let animate = "animate hello.kin --backend cpu --aov motion --frames 0..2 -o out/#.exr --resume --json";
+    folder.run(animate).check(0, &[]);
+    check("out/1.exr");
+    assert!(folder.run(animate).check(0, &[]).out.contains(r#""skipped":2"#));
+    // Where the next frame is another, so is this one's motion.
+    folder.write("hello.kin", &MOVES.replace("fps: 10", "fps: 20"));
+    assert!(folder.run(animate).check(0, &[]).out.contains(r#""skipped":0"#));
+    // Only who asks for motion needs a next frame.
+    folder.write("hello.kin", &MOVES.replace("radius: 1", "radius: 0.05 - time / 1s"));
+    render(&folder, "--aov id -o a.exr");
+    folder.run("render hello.kin --backend cpu --aov motion -o a.exr").check(1, &["radius"]);
+}
+
+#[test]
 fn transparency() {
     let folder = Folder::new();
     folder.write("hello.kin", &HELLO.replace("plane floor", "// plane floor"));
@@ -204,9 +282,9 @@ fn what_cannot_be_written_is_refused_before_there_is_work() {
     let folder = Folder::hello();
     for (line, piece) in [
         ("render hello.kin -o a.png --aov id", "adds layers to an .exr"),
-        ("render hello.kin -o a.exr --aov motion", "not yet"),
-        ("render hello.kin -o a.exr --aov depth,motion", "not yet"),
-        ("render hello.kin -o a.exr --aov colour", "`colour` is no layer"),
+        ("render hello.kin -o a.png --aov diffuse", "adds layers to an .exr"),
+        ("render hello.kin -o a.exr --aov colour", "`colour` is no layer: there are albedo, depth, diffuse"),
+        ("render hello.kin -o a.exr --aov depth,moton", "`moton` is no layer; did you mean `motion`?"),
         ("render hello.kin --crop 20,0,5,1", "the crop 20,0,5,1 is not a part of the picture, which is 24 × 16"),
         ("render hello.kin --crop 0,0,0,4", "100,50,320,180"),
         ("render hello.kin --crop -1,0,4,4", "100,50,320,180"),
@@ -216,4 +294,5 @@ fn what_cannot_be_written_is_refused_before_there_is_work() {
     ] {
         folder.run(&format!("{line} --samples 1000000000")).check(2, &[piece]);
     }
+    folder.run("render hello.kin -o a.exr --aov variance --samples 1").check(2, &["needs 2 or more"]);
 }

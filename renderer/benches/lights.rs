@@ -44,6 +44,7 @@ fn town(count: u32, radius_m: f64) -> World {
                     radius_m,
                 },
             },
+            next: None,
         });
     }
     w

@@ -28,12 +28,23 @@ const SHADERS: &[&str] = &[
     "light.wgsl",
     "camera.wgsl",
     "path.wgsl",
+    "parts.wgsl",
     "features.wgsl",
     "entry/render.wgsl",
 ];
 
 /// What a path does, step by step.
-const LANE_ROOTS: &[&str] = &["path_start", "closest_hit", "path_shade", "shadow_share", "path_shadow", "path_light"];
+const LANE_ROOTS: &[&str] = &[
+    "path_start",
+    "closest_hit",
+    "path_shade",
+    "shadow_share",
+    "path_shadow",
+    "path_light",
+    "parts_shade",
+    "parts_shadow",
+    "parts_end",
+];
 
 fn main() {
     println!("cargo::rerun-if-changed=shaders");

@@ -7,7 +7,7 @@ use kinora_kernel::{Invalid, Packed};
 
 use crate::gpu::{Api, Demand, Gpu};
 
-use crate::film::Survey;
+use crate::film::{Parts, Survey};
 
 /// How a caller follows long work, and ends it.
 pub trait Control {
@@ -54,6 +54,17 @@ pub trait Backend: Send {
         samples: Range<u32>,
         control: &dyn Control,
     ) -> Result<Option<Vec<Vec4>>, BackendError>;
+
+    /// As `trace`, with the light in parts.
+    ///
+    /// # Errors
+    /// As `trace`.
+    fn trace_parts(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Parts>>, BackendError>;
 
     /// As `trace`, but what these samples show instead of their light.
     ///

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{UVec2, Vec4, Vec4Swizzles};
-use kinora_kernel::generated::FeatureSum;
+use kinora_kernel::generated::{self, FeatureSum, PartsSum};
 use kinora_kernel::lanes::{self, Width};
 use kinora_kernel::{Kernel, Packed};
 use rayon::prelude::*;
 
 use crate::backend::{Backend, BackendError, Control};
-use crate::film::Survey;
+use crate::film::{Parts, Survey};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough that a tile's rays meet the same nodes.
 const TILE: u32 = 16;
@@ -79,6 +79,29 @@ impl Backend for Cpu {
         })
     }
 
+    fn trace_parts(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Parts>>, BackendError> {
+        let (width, count) = (self.width, samples.len());
+        self.each(pixels, control, |kernel, pixels| {
+            let mut sums = Vec::with_capacity(pixels.len());
+            for pixels in pixels.chunks((MOST_PATHS / count.max(1)).max(1)) {
+                let mut parts = vec![generated::Parts::default(); pixels.len() * count];
+                let place = |i: usize| (pixels[i / count], samples.start + (i % count) as u32);
+                lanes::radiance_parts(kernel, width, &place, &mut parts);
+                sums.extend((0..pixels.len()).map(|i| {
+                    let samples = parts[i * count..][..count].iter();
+                    let sum = samples.fold(PartsSum::default(), |sum, sample| kernel.parts_sum(sum, *sample));
+                    [sum.light, sum.squares, sum.emission, sum.diffuse, sum.specular]
+                }));
+            }
+            sums
+        })
+    }
+
     fn survey(
         &mut self,
         pixels: Option<&[UVec2]>,
@@ -89,7 +112,7 @@ impl Backend for Cpu {
             let survey = |&pixel: &UVec2| {
                 let zero = FeatureSum::default();
                 let sum = samples.clone().fold(zero, |sum, sample| kernel.features_add(sum, pixel, sample));
-                [sum.albedo, sum.normal, sum.position]
+                [sum.albedo, sum.normal, sum.position, sum.shape]
             };
             pixels.iter().map(survey).collect()
         })

@@ -3,11 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DVec3, UVec2, UVec4, Vec3, Vec4};
+use glam::{DVec3, UVec2, UVec4, Vec2, Vec3, Vec4};
 use kinora_kernel::PASS_SAMPLES;
 use kinora_scene::{Background, Render, Shown};
 
 use crate::adaptive::{self, Adaptive};
+use crate::motion::Motion;
 use crate::wires::Wires;
 
 /// A part of a picture, in pixels from its top left corner.
@@ -47,8 +48,24 @@ impl Window {
 pub struct Request {
     /// The part of the picture that is wanted; its pixels are the same as in the whole.
     pub crop: Option<Window>,
-    /// Whether the layers are wanted: albedo, normal, depth, position and id.
+    /// Whether the layers of surfaces are wanted: albedo, normal, depth, position, id, and motion if the world tells of
+    /// its next frame.
     pub layers: bool,
+    /// Whether the light is wanted in parts, with its variance.
+    pub parts: bool,
+}
+
+/// The light of a pixel in parts, by what it did where the camera's rays were scattered first; means of all samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// From emitters and the sky that the camera's rays met themselves.
+    pub emission: Vec3,
+    /// Scattered first by a diffuse lobe.
+    pub diffuse: Vec3,
+    /// Scattered first by any other: metals, glass both ways, and coats.
+    pub specular: Vec3,
+    /// Of the mean of all light: its standard error squared, as independent samples would have it; 0 of one sample.
+    pub variance: Vec3,
 }
 
 /// The first surface that a pixel shows.
@@ -70,9 +87,14 @@ pub struct Seen {
     pub id: u32,
 }
 
-/// One pass over the surfaces that pixels show, three values each: the sum of albedo and of hits (w), the sum of normals
-/// and the depth (w), position and id (w). What is no sum belongs to sample 0 and is 0 in passes without it.
-pub type Survey = [Vec4; 3];
+/// One pass over the surfaces that pixels show, four values each: the sum of albedo and of hits (w), the sum of normals
+/// and the depth (w), position and id (w), shape and copy. What is no sum belongs to sample 0 and is 0 in passes without
+/// it; see `FeatureSum`.
+pub type Survey = [Vec4; 4];
+
+/// One pass over the light of pixels, five values each: its sum and that of rays (w), squared distances from its mean, and
+/// the sums of emission, diffuse and specular; see `PartsSum`.
+pub type Parts = [Vec4; 5];
 
 /// Sums over the samples of a picture's pixels, row by row from the top.
 ///
@@ -92,13 +114,41 @@ pub struct Film {
     rays: u64,
     // Each is empty if it is not wanted.
     light: Vec<DVec3>,
+    parts: Vec<LightSums>,
     costs: Vec<u32>,
     surveys: Vec<Survey>,
     pub(crate) wires: Option<Arc<Wires>>,
+    pub(crate) motion: Option<Arc<Motion>>,
     // Where pixels get different numbers of samples.
     adaptive: Option<Adaptive>,
     /// The depth that a picture of depths shows half grey, in metres.
     pub(crate) middle_m: f32,
+}
+
+// Sums over a pixel's samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct LightSums {
+    emission: DVec3,
+    diffuse: DVec3,
+    specular: DVec3,
+    // Squared distances from the mean of all light.
+    squares: DVec3,
+}
+
+impl LightSums {
+    // Adds a pass of `samples` samples to `before` samples whose light has the sum `light` (Chan, Golub and LeVeque, "Updating
+    // Formulae and a Pairwise Algorithm for Computing Sample Variances", 1979).
+    fn add(&mut self, light: DVec3, before: f64, part: &Parts, samples: f64) {
+        let [all, squares, emission, diffuse, specular] = part.map(|sum| sum.truncate().as_dvec3());
+        self.emission += emission;
+        self.diffuse += diffuse;
+        self.specular += specular;
+        self.squares += squares;
+        if before > 0.0 {
+            let off = all / samples - light / before;
+            self.squares += off * off * (before * samples / (before + samples));
+        }
+    }
 }
 
 /// A film that memory does not hold.
@@ -115,7 +165,7 @@ impl Film {
     /// Memory does not hold it.
     pub fn new(render: &Render, request: &Request) -> Result<Self, TooLarge> {
         let window = request.crop.unwrap_or(Window::whole(render.resolution));
-        let Contents { light, cost, surveys } = Contents::of(render, request);
+        let Contents { light, parts, cost, surveys } = Contents::of(render, request);
         let too_large = TooLarge { bytes: Self::bytes(render, request) };
         let count = |wanted: bool| if wanted { window.pixels() } else { 0 };
         let adaptive = match light && adaptive::is_on(render) {
@@ -132,9 +182,11 @@ impl Film {
             samples: 0,
             rays: 0,
             light: zeros(count(light), DVec3::ZERO).ok_or(too_large)?,
+            parts: zeros(count(parts), LightSums::default()).ok_or(too_large)?,
             costs: zeros(count(cost), 0).ok_or(too_large)?,
-            surveys: zeros(count(surveys), [Vec4::ZERO; 3]).ok_or(too_large)?,
+            surveys: zeros(count(surveys), [Vec4::ZERO; 4]).ok_or(too_large)?,
             wires: None,
+            motion: None,
             adaptive,
             middle_m: 1.0,
         })
@@ -143,9 +195,10 @@ impl Film {
     /// About how much memory such a film takes while it is made and written.
     pub fn bytes(render: &Render, request: &Request) -> u64 {
         let window = request.crop.unwrap_or(Window::whole(render.resolution));
-        let Contents { light, cost, surveys } = Contents::of(render, request);
+        let Contents { light, parts, cost, surveys } = Contents::of(render, request);
         let part = |wanted: bool, kept: usize, passed: usize| if wanted { (kept + passed) as u64 } else { 0 };
         let a_pixel = part(light, size_of::<DVec3>(), size_of::<Vec4>())
+            + part(parts, size_of::<LightSums>(), size_of::<Parts>())
             + part(cost, size_of::<u32>(), 0)
             + part(surveys, size_of::<Survey>(), size_of::<Survey>());
         let pixels = adaptive::traced(render, window).pixels() as u64;
@@ -245,24 +298,30 @@ impl Film {
         !self.light.is_empty()
     }
 
+    /// Whether it collects light in parts.
+    pub(crate) fn wants_parts(&self) -> bool {
+        !self.parts.is_empty()
+    }
+
     /// Whether it collects what pixels show.
     pub(crate) fn wants_surveys(&self) -> bool {
         !self.surveys.is_empty()
     }
 
-    /// Adds the next pass of `samples` samples: a sum of light, w counting rays, and a survey, each where wanted, for all
-    /// that is traced or for what [`Film::places`] lists.
+    /// Adds the next pass of `samples` samples: a sum of light, w counting rays, its parts, and a survey, each where wanted,
+    /// for all that is traced or for what [`Film::places`] lists.
     ///
     /// # Panics
     /// A part that is wanted is not one value a pixel.
-    pub fn add(&mut self, light: &[Vec4], surveys: &[Survey], samples: u32) {
+    pub fn add(&mut self, light: &[Vec4], parts: &[Parts], surveys: &[Survey], samples: u32) {
         self.rays += light.iter().map(|part| part.w as u64).sum::<u64>();
         let mut adaptive = self.adaptive.take();
+        let pass = Pass { light, parts, surveys, samples };
         match adaptive.as_ref().filter(|adaptive| adaptive.is_decided()) {
-            Some(adaptive) => self.add_at(adaptive.active().iter().map(|i| *i as usize), light, surveys),
+            Some(adaptive) => self.add_at(adaptive.active().iter().map(|i| *i as usize), &pass),
             None => {
                 let traced = adaptive.as_ref().map_or(self.window, Adaptive::traced);
-                self.add_all(traced, light, surveys);
+                self.add_all(traced, &pass);
             }
         }
         self.samples += samples;
@@ -273,23 +332,29 @@ impl Film {
     }
 
     // A pass over `traced`, of which the window is a part.
-    fn add_all(&mut self, traced: Window, light: &[Vec4], surveys: &[Survey]) {
+    fn add_all(&mut self, traced: Window, pass: &Pass<'_>) {
         let values = |wanted: bool| if wanted { traced.pixels() } else { 0 };
-        assert_eq!(light.len(), values(self.wants_light()), "a pass has one sum a pixel");
-        assert_eq!(surveys.len(), values(self.wants_surveys()), "a pass has one survey a pixel");
+        assert_eq!(pass.light.len(), values(self.wants_light()), "a pass has one sum a pixel");
+        assert_eq!(pass.parts.len(), values(self.wants_parts()), "a pass has the parts of every pixel");
+        assert_eq!(pass.surveys.len(), values(self.wants_surveys()), "a pass has one survey a pixel");
         let width = self.window.width as usize;
         for y in 0..self.window.height {
             let start = (y + self.window.top - traced.top) as usize * traced.width as usize;
             let start = start + (self.window.left - traced.left) as usize;
-            let (light, surveys) = (light.get(start..start + width), surveys.get(start..start + width));
             let row = y as usize * width;
-            self.add_at(row..row + width, light.unwrap_or(&[]), surveys.unwrap_or(&[]));
+            self.add_at(row..row + width, &pass.row(start..start + width));
         }
     }
 
     // Values of the pixels with these indices.
-    fn add_at(&mut self, pixels: impl Iterator<Item = usize> + Clone, light: &[Vec4], surveys: &[Survey]) {
-        for (i, part) in pixels.clone().zip(light) {
+    fn add_at(&mut self, pixels: impl Iterator<Item = usize> + Clone, pass: &Pass<'_>) {
+        let (before, samples) = (f64::from(self.samples), f64::from(pass.samples));
+        for (i, part) in pixels.clone().zip(pass.parts) {
+            if let (Some(sums), Some(light)) = (self.parts.get_mut(i), self.light.get(i)) {
+                sums.add(*light, before, part, samples);
+            }
+        }
+        for (i, part) in pixels.clone().zip(pass.light) {
             if let Some(sum) = self.light.get_mut(i) {
                 *sum += part.truncate().as_dvec3();
             }
@@ -297,14 +362,14 @@ impl Film {
                 *sum = sum.saturating_add(part.w as u32);
             }
         }
-        for (i, [albedo, normal, position]) in pixels.zip(surveys) {
+        for (i, [albedo, normal, position, shape]) in pixels.zip(pass.surveys) {
             let Some(sum) = self.surveys.get_mut(i) else { continue };
             sum[0] += albedo;
             // The first pass begins with the first sample.
             let depth = if self.samples == 0 { normal.w } else { sum[1].w };
             sum[1] = (sum[1].truncate() + normal.truncate()).extend(depth);
             if self.samples == 0 {
-                sum[2] = *position;
+                (sum[2], sum[3]) = (*position, *shape);
             }
         }
     }
@@ -324,6 +389,21 @@ impl Film {
         self.light.get(i).map_or(Vec3::ZERO, |sum| (*sum * self.scale(i)).as_vec3())
     }
 
+    /// The parts of a pixel's light, by its index; `None` where nobody asked for them.
+    pub fn parts(&self, i: usize) -> Option<Light> {
+        let LightSums { emission, diffuse, specular, squares } = *self.parts.get(i)?;
+        let scale = self.scale(i);
+        // From the samples' own variance to that of their mean.
+        let count = f64::from(self.samples_of(i));
+        let of_mean = if count > 1.0 { scale / (count - 1.0) } else { 0.0 };
+        Some(Light {
+            emission: (emission * scale).as_vec3(),
+            diffuse: (diffuse * scale).as_vec3(),
+            specular: (specular * scale).as_vec3(),
+            variance: (squares * of_mean).as_vec3(),
+        })
+    }
+
     /// Rays a sample of a pixel by its index; 0 unless the view shows them.
     pub fn cost(&self, i: usize) -> f32 {
         self.costs.get(i).map_or(0.0, |rays| (f64::from(*rays) * self.scale(i)) as f32)
@@ -340,32 +420,61 @@ impl Film {
 
     /// What a pixel shows, by its index; `None` where nobody asked for it.
     pub fn seen(&self, i: usize) -> Option<Seen> {
-        let [albedo, normal, position] = *self.surveys.get(i)?;
+        let [albedo, normal, position, _] = *self.surveys.get(i)?;
         let scale = self.scale(i) as f32;
         let means = albedo * scale;
+        let id = position.w as u32;
         Some(Seen {
             albedo: means.truncate(),
             normal: normal.truncate() * scale,
             cover: means.w,
             depth: normal.w,
-            position: position.truncate(),
-            id: position.w as u32,
+            position: if id == 0 { Vec3::ZERO } else { position.truncate() },
+            id,
         })
+    }
+
+    /// Pixels to the right and up that what a pixel shows moves until the next frame, of its first sample, by its index: 0
+    /// where nothing moves, or what moves cannot be seen in both frames. `None` where nobody asked for it.
+    pub fn motion(&self, i: usize) -> Option<Vec2> {
+        let way = self.motion.as_ref()?.of(self.surveys.get(i)?);
+        // Not -0.
+        Some(Vec2::new(way.x, 0.0 - way.y))
+    }
+}
+
+// A pass, or a row of it; what is not wanted is empty.
+struct Pass<'a> {
+    light: &'a [Vec4],
+    parts: &'a [Parts],
+    surveys: &'a [Survey],
+    samples: u32,
+}
+
+impl Pass<'_> {
+    fn row(&self, range: Range<usize>) -> Pass<'_> {
+        Pass {
+            light: self.light.get(range.clone()).unwrap_or(&[]),
+            parts: self.parts.get(range.clone()).unwrap_or(&[]),
+            surveys: self.surveys.get(range).unwrap_or(&[]),
+            samples: self.samples,
+        }
     }
 }
 
 // What a film has to hold.
 struct Contents {
     light: bool,
+    parts: bool,
     cost: bool,
     surveys: bool,
 }
 
 impl Contents {
     fn of(render: &Render, request: &Request) -> Self {
-        let light = matches!(render.view, Shown::Beauty | Shown::Cost | Shown::Samples);
-        let surveys = !light || request.layers || render.background == Background::Transparent;
-        Self { light, cost: render.view == Shown::Cost, surveys }
+        let shown = matches!(render.view, Shown::Beauty | Shown::Cost | Shown::Samples);
+        let surveys = !shown || request.layers || render.background == Background::Transparent;
+        Self { light: shown || request.parts, parts: request.parts, cost: render.view == Shown::Cost, surveys }
     }
 }
 
@@ -382,15 +491,15 @@ mod tests {
 
     fn film(view: Shown, layers: bool) -> Film {
         let render = Render { resolution: [2, 1], view, ..Render::default() };
-        Film::new(&render, &Request { crop: None, layers }).unwrap()
+        Film::new(&render, &Request { layers, ..Request::default() }).unwrap()
     }
 
     #[test]
     fn a_film_is_the_mean_of_its_samples() {
         let mut film = film(Shown::Beauty, false);
         assert_eq!(film.mean(), [Vec3::ZERO; 2]);
-        film.add(&[Vec4::new(1.0, 2.0, 3.0, 5.0), Vec4::ZERO], &[], 2);
-        film.add(&[Vec4::new(3.0, 2.0, 1.0, 1.0), Vec4::ONE], &[], 2);
+        film.add(&[Vec4::new(1.0, 2.0, 3.0, 5.0), Vec4::ZERO], &[], &[], 2);
+        film.add(&[Vec4::new(3.0, 2.0, 1.0, 1.0), Vec4::ONE], &[], &[], 2);
         assert_eq!(film.mean(), [Vec3::ONE, Vec3::splat(0.25)]);
         assert_eq!((film.samples(), film.rays(), film.size()), (4, 7, [2, 1]));
         assert_eq!(film.seen(0), None);
@@ -399,17 +508,36 @@ mod tests {
     #[test]
     fn layers_are_means_but_for_those_of_the_first_sample() {
         let mut film = film(Shown::Normal, false);
-        let nothing = [Vec4::ZERO, Vec4::ZERO.with_w(1e10), Vec4::ZERO];
-        let first = [Vec4::new(1.0, 0.5, 0.0, 2.0), Vec4::new(0.0, 2.0, 0.0, 7.0), Vec4::new(1.0, 2.0, 3.0, 9.0)];
-        let second = [Vec4::new(1.0, 0.5, 0.0, 2.0), Vec4::new(2.0, 0.0, 0.0, 0.0), Vec4::ZERO];
-        film.add(&[], &[first, nothing], 2);
-        film.add(&[], &[second, [Vec4::ZERO; 3]], 2);
+        // Where nothing is, a direction takes the place of the position.
+        let nothing = [Vec4::ZERO, Vec4::ZERO.with_w(1e10), Vec4::X, Vec4::ZERO];
+        let met = Vec4::new(1.0, 0.5, 0.0, 2.0);
+        let first = [met, Vec4::new(0.0, 2.0, 0.0, 7.0), Vec4::new(1.0, 2.0, 3.0, 9.0), Vec4::ZERO];
+        let second = [met, Vec4::new(2.0, 0.0, 0.0, 0.0), Vec4::ZERO, Vec4::ZERO];
+        film.add(&[], &[], &[first, nothing], 2);
+        film.add(&[], &[], &[second, [Vec4::ZERO; 4]], 2);
         let seen = film.seen(0).unwrap();
         assert_eq!((seen.albedo, seen.cover), (Vec3::new(0.5, 0.25, 0.0), 1.0));
         assert_eq!((seen.normal, seen.depth), (Vec3::new(0.5, 0.5, 0.0), 7.0));
         assert_eq!((seen.position, seen.id), (Vec3::new(1.0, 2.0, 3.0), 9));
         let seen = film.seen(1).unwrap();
-        assert_eq!((seen.cover, seen.depth, seen.id), (0.0, 1e10, 0));
+        assert_eq!((seen.cover, seen.depth, seen.position, seen.id), (0.0, 1e10, Vec3::ZERO, 0));
+    }
+
+    // Of the samples 1 2 3 | 4 6: their mean is 3.2, and the squares of their distances add up to 14.8.
+    #[test]
+    fn variance_over_passes() {
+        let request = Request { parts: true, ..Request::default() };
+        let render = Render { resolution: [1, 1], view: Shown::Normal, ..Render::default() };
+        let mut film = Film::new(&render, &request).unwrap();
+        for (sum, squares, samples) in [(6.0, 2.0, 3), (10.0, 2.0, 2)] {
+            let part = Vec4::new(0.25 * sum, 0.0, 0.0, 0.0);
+            let parts = [Vec4::splat(sum), Vec4::splat(squares), part, part + part, Vec4::ZERO];
+            film.add(&[parts[0]], &[parts], &[[Vec4::ZERO; 4]], samples);
+        }
+        let light = film.parts(0).unwrap();
+        assert_eq!((light.emission.x, light.diffuse.x, light.specular.x), (0.8, 1.6, 0.0));
+        assert!((light.variance - 14.8 / (5.0 * 4.0)).abs().max_element() < 1e-6, "{light:?}");
+        assert_eq!(film.mean(), [Vec3::splat(3.2)]);
     }
 
     #[test]

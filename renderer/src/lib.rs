@@ -11,7 +11,9 @@ pub mod cpu;
 mod develop;
 mod film;
 pub mod gpu;
+mod motion;
 mod pack;
+mod project;
 mod render;
 mod self_test;
 pub mod suite;
@@ -19,7 +21,7 @@ mod wires;
 
 pub use backend::{Backend, BackendError, Choice, Control, Options, open};
 pub use develop::{Image, develop, measure};
-pub use film::{Film, Request, Seen, Survey, TooLarge, Window};
+pub use film::{Film, Light, Parts, Request, Seen, Survey, TooLarge, Window};
 pub use pack::{PackError, pack};
 pub use render::{RenderError, Renderer};
 pub use self_test::{SELF_TEST_TOLERANCE, self_test};

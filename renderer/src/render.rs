@@ -8,7 +8,9 @@ use kinora_scene::{Shown, World};
 
 use crate::backend::{Backend, BackendError, Control};
 use crate::film::{Film, Request, TooLarge, Window};
-use crate::pack::{PackError, pack};
+use crate::motion::Motion;
+use crate::pack::{PackError, pack_moving};
+use crate::project::Projector;
 use crate::wires::Wires;
 
 /// Why a world was not rendered.
@@ -112,10 +114,14 @@ impl Renderer {
         let film = Film::new(&world.render, request);
         let size = request.crop.map_or(picture, |window| [window.width, window.height]);
         let mut film = film.map_err(|TooLarge { bytes }| RenderError::Memory { size, bytes })?;
-        let mut packed = pack(world)?;
+        let (mut packed, moved) = pack_moving(world)?;
         packed.params.window = film.traced().packed();
+        film.motion = world.next.as_ref().zip(moved).map(|(next, shapes)| {
+            let [now, next] = [&world.view, next].map(|view| Projector::new(view, picture));
+            Arc::new(Motion { now, next, shapes })
+        });
         film.middle_m = world.view.focus_m as f32;
-        film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed)));
+        film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed, &world.view, picture)));
         self.backend.upload(Arc::new(packed))?;
         self.build = start.elapsed();
         Ok(film)
@@ -136,9 +142,13 @@ impl Renderer {
             (true, true) => 0.9,
             (light, _) => f64::from(u8::from(light)),
         };
-        let (mut light, mut surveys) = (Vec::new(), Vec::new());
-        if film.wants_light() {
-            let go_on = |done| control.keep_going(done * share);
+        let (mut light, mut parts, mut surveys) = (Vec::new(), Vec::new(), Vec::new());
+        let go_on = |done| control.keep_going(done * share);
+        if film.wants_parts() {
+            let Some(sums) = self.backend.trace_parts(places, pass.clone(), &go_on)? else { return Ok(false) };
+            light = sums.iter().map(|[light, ..]| *light).collect();
+            parts = sums;
+        } else if film.wants_light() {
             let Some(sums) = self.backend.trace(places, pass.clone(), &go_on)? else { return Ok(false) };
             light = sums;
         }
@@ -147,7 +157,7 @@ impl Renderer {
             let Some(sums) = self.backend.survey(places, pass.clone(), &go_on)? else { return Ok(false) };
             surveys = sums;
         }
-        film.add(&light, &surveys, pass.end - pass.start);
+        film.add(&light, &parts, &surveys, pass.end - pass.start);
         Ok(true)
     }
 

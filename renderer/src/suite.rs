@@ -9,12 +9,12 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 use kinora_scene::{
     Background, Binary, Blades, Bsdf, Cell, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance,
-    Instruction, Look, Map, Material, Mesh, Part, Point, Program, Projection, Reflectance, Render, Shape, Shown, Sky,
-    SkyLight, Slot, Still, Tape, Texture, Tonemap, Unary, View, World,
+    Instruction, Look, Map, Material, Mesh, Mis, Part, Point, Program, Projection, Reflectance, Render, Sampler, Shape,
+    Shown, Sky, SkyLight, Slot, Still, Tape, Texture, Tonemap, Unary, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
-use crate::film::{Film, Request, Seen, Window};
+use crate::film::{Film, Light, Request, Seen, Window};
 use crate::pack::pack;
 use crate::render::{RenderError, Renderer};
 
@@ -25,6 +25,7 @@ use crate::render::{RenderError, Renderer};
 pub fn run(mut backend: Box<dyn Backend>) {
     println!("suite on {}: trace without a scene is an error", backend.device());
     assert_eq!(backend.trace(None, 0..1, &()), Err(BackendError::Nothing));
+    assert_eq!(backend.trace_parts(None, 0..1, &()), Err(BackendError::Nothing));
     assert_eq!(backend.survey(None, 0..1, &()), Err(BackendError::Nothing));
     let mut renderer = Renderer::new(backend);
     for (name, case) in CASES {
@@ -56,8 +57,13 @@ pub const CASES: &[(&str, Case)] = &[
     ("an odd size", odd_size),
     ("layers tell what a pixel shows", layers),
     ("layers pass what light passes", layers_pass),
+    ("the parts of light add up to it", parts),
+    ("coats and what they cover share light", coats_in_parts),
+    ("variance is the spread of means", variance),
+    ("motion is the way to the next frame", motion),
     ("copies show what their parts written out would", copies),
     ("colours computed at a point", computed),
+    ("copies move with their parts", copies_in_motion),
     ("a window has the pixels of the whole", windows),
     ("a transparent background has alpha", transparent),
     ("pixels that have enough are left out", adaptive),
@@ -85,6 +91,7 @@ pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
         look: Look { exposure: 0.0, tonemap: Tonemap::None },
         shutter: Clock::default().shutter_of(0),
         view,
+        next: None,
         instances: Vec::new(),
         copies: Vec::new(),
         parts: Vec::new(),
@@ -98,7 +105,8 @@ pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
 pub fn add(world: &mut World, shape: Shape<Still>, world_from_object: DAffine3, material: Material<Still>) {
     world.materials.push(material);
     let node = world.instances.len();
-    world.instances.push(Instance { node, shape, world_from_object, material: world.materials.len() - 1 });
+    let material = world.materials.len() - 1;
+    world.instances.push(Instance { node, shape, world_from_object, next: None, material });
 }
 
 /// A metal without an edge tint.
@@ -524,7 +532,7 @@ fn odd_size(renderer: &mut Renderer) {
 }
 
 fn survey(renderer: &mut Renderer, world: &World) -> Film {
-    let request = Request { crop: None, layers: true };
+    let request = Request { layers: true, ..Request::default() };
     renderer.render_for(world, &request, &()).expect("the suite's worlds render")
 }
 
@@ -622,7 +630,7 @@ pub fn many_copies() -> World {
         DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_y(angle), DVec3::new(x, 0.0, z))
     };
     let part = Part { instances: w.instances.split_off(placed), ..Part::default() };
-    let copied = |part, first, places, material| Copied { node: 7, first, part, places, material };
+    let copied = |part, first, places, material| Copied { node: 7, first, part, places, next: Vec::new(), material };
     let inner = vec![turned(1.0, DVec3::splat(0.4), -0.4, 0.0), turned(2.0, DVec3::new(0.5, 0.3, 0.4), 0.5, 0.3)];
     let pair = Part { copies: vec![copied(0, 50, inner, None)], ..Part::default() };
     let places = vec![
@@ -641,23 +649,27 @@ pub fn many_copies() -> World {
 
 /// The same world without copies.
 fn written_out(w: &World) -> World {
-    fn follow(w: &World, copied: &Copied, at: DAffine3, id: Option<usize>, material: Option<usize>, to: &mut World) {
+    type Place = (DAffine3, DAffine3);
+    fn follow(w: &World, copied: &Copied, at: Place, id: Option<usize>, material: Option<usize>, to: &mut World) {
         for (k, place) in copied.places.iter().enumerate() {
-            let (at, id) = (at * *place, id.unwrap_or(copied.first + k));
+            let (at, next) = (at.0 * *place, at.1 * *copied.next.get(k).unwrap_or(place));
+            let id = id.unwrap_or(copied.first + k);
             let (part, material) = (&w.parts[copied.part], material.or(copied.material));
             for instance in &part.instances {
                 to.instances.push(Instance {
                     node: id,
                     shape: instance.shape.clone(),
                     world_from_object: at * instance.world_from_object,
+                    next: instance.next.map(|inner| next * inner),
                     material: material.unwrap_or(instance.material),
                 });
             }
-            part.copies.iter().for_each(|inner| follow(w, inner, at, Some(id), material, to));
+            part.copies.iter().for_each(|inner| follow(w, inner, (at, next), Some(id), material, to));
         }
     }
     let mut to = World { copies: Vec::new(), parts: Vec::new(), ..w.clone() };
-    w.copies.iter().for_each(|copied| follow(w, copied, DAffine3::IDENTITY, None, None, &mut to));
+    let whole = (DAffine3::IDENTITY, DAffine3::IDENTITY);
+    w.copies.iter().for_each(|copied| follow(w, copied, whole, None, None, &mut to));
     to
 }
 
@@ -727,7 +739,7 @@ fn windows(renderer: &mut Renderer) {
         Window { left: 39, top: 23, width: 1, height: 1 },
         Window { left: 13, top: 0, width: 3, height: 2 },
     ] {
-        let request = Request { crop: Some(window), layers: true };
+        let request = Request { crop: Some(window), layers: true, ..Request::default() };
         let film = renderer.render_for(&w, &request, &()).expect("a part renders");
         let part = film.mean();
         assert_eq!((film.size(), film.picture()), ([window.width, window.height], [40, 24]));
@@ -739,7 +751,7 @@ fn windows(renderer: &mut Renderer) {
             }
         }
     }
-    let outside = Request { crop: Some(Window { left: 30, top: 0, width: 11, height: 1 }), layers: false };
+    let outside = Request { crop: Some(Window { left: 30, top: 0, width: 11, height: 1 }), ..Request::default() };
     let refused = renderer.render_for(&w, &outside, &());
     assert!(matches!(refused, Err(RenderError::Outside { .. })), "a window outside of the picture");
 }
@@ -779,7 +791,7 @@ fn adaptive(renderer: &mut Renderer) {
     assert_eq!(film.mean_samples(), taken.iter().map(|taken| f64::from(*taken)).sum::<f64>() / 1600.0);
     // A part has the pixels of the whole, whatever the passes are, and a pixel those of as many samples everywhere.
     let window = Window { left: 3, top: 15, width: 9, height: 20 };
-    let request = Request { crop: Some(window), layers: true };
+    let request = Request { crop: Some(window), layers: true, ..Request::default() };
     let mut part = renderer.load_for(&w, &request).expect("a part packs");
     assert!(!renderer.trace_pass(&mut part, 200, &|_| false).expect("stops"));
     while renderer.trace_pass(&mut part, 200, &()).expect("traces") {}
@@ -811,4 +823,290 @@ fn rare_events(renderer: &mut Renderer) {
     // Its standard deviation is 1.1 % with all samples.
     near("the mean of rare events", mean(&film.mean()), 1.0, 0.06);
     assert!(film.mean_samples() > 128.0, "{} samples are enough", film.mean_samples());
+}
+
+fn in_parts(renderer: &mut Renderer, world: &World) -> Film {
+    let request = Request { parts: true, ..Request::default() };
+    renderer.render_for(world, &request, &()).expect("the suite's worlds render")
+}
+
+fn light(film: &Film, i: usize) -> Light {
+    film.parts(i).expect("parts were asked for")
+}
+
+// Whatever the settings: surfaces of every kind, coats among them.
+fn parts(renderer: &mut Renderer) {
+    let mut w = all_kinds();
+    w.materials.push(diffuse(0.8, 0.3));
+    let base = w.materials.len() - 1;
+    for (x, roughness) in [(0.3, 0.3), (-0.4, 0.0)] {
+        let coated = Bsdf::Glossy { base, ior: 1.5, roughness, metalness: 0.2 };
+        add(&mut w, Shape::Sphere { radius_m: 0.25 }, at(x, 0.9, 0.8), coated.into());
+    }
+    let pixels = 40 * 24;
+    let plain = w.render.clone();
+    for (case, render) in [
+        ("as it is", plain.clone()),
+        ("one sample", Render { mis: Mis::OneSample(0.5), ..plain.clone() }),
+        ("by chance", Render { mis: Mis::BSDF, clamp: Some(2.0), ..plain.clone() }),
+        ("lights alone", Render { mis: Mis::LIGHT, roulette_from: 1, ..plain.clone() }),
+        ("adaptive", Render { adaptive: 0.2, min_samples: 4, samples: 40, ..plain.clone() }),
+        ("transparent", Render { background: Background::Transparent, sampler: Sampler::Random, ..plain.clone() }),
+    ] {
+        let w = World { render, ..w.clone() };
+        let film = in_parts(renderer, &w);
+        let (mean, whole) = (film.mean(), trace(renderer, &w));
+        let mut sums = [Vec3::ZERO; 3];
+        for i in 0..pixels {
+            let (light, all) = (light(&film, i), mean[i]);
+            let parts = [light.emission, light.diffuse, light.specular];
+            let off = (parts.iter().sum::<Vec3>() - all).abs().max_element();
+            assert!(off <= 1e-5 * all.max_element(), "{case}: the parts of pixel {i} are {parts:?}, all is {all}");
+            assert!(parts.iter().all(|part| part.min_element() >= 0.0), "{case}: pixel {i} has {parts:?}");
+            // Another entry point of the same steps, compiled anew.
+            let off = (whole[i] - all).abs().max_element();
+            assert!(off <= 1e-4 * all.max_element(), "{case}: pixel {i} is {all} in parts, {} without", whole[i]);
+            sums = std::array::from_fn(|k| sums[k] + parts[k]);
+        }
+        assert!(sums.iter().all(|sum| sum.min_element() > 1.0), "{case}: {sums:?}");
+        // A part of the picture has the same pixels.
+        let window = Window { left: 7, top: 5, width: 19, height: 17 };
+        let request = Request { crop: Some(window), parts: true, ..Request::default() };
+        let part = renderer.render_for(&w, &request, &()).expect("a part renders");
+        for i in 0..window.pixels() {
+            let j = (i / 19 + 5) * 40 + i % 19 + 7;
+            assert!(part.parts(i) == film.parts(j), "{case}: a window differs at {i}");
+        }
+    }
+    // A picture of something else has the same light.
+    w.render.view = Shown::Normal;
+    let film = in_parts(renderer, &w);
+    let other = in_parts(renderer, &World { render: plain, ..w });
+    assert!((0..pixels).all(|i| film.parts(i) == other.parts(i)), "the light depends on what is shown");
+}
+
+// In a room of light a coat shows its albedo, and what it covers the rest: whatever finds the light.
+fn coats_in_parts(renderer: &mut Renderer) {
+    let rho = 0.5;
+    let lit = Bsdf::Emitter { color: Color::ONE, emission: Emission::Radiance(1.0), two_sided: true };
+    for (roughness, tilt) in [(0.0, 0.0), (0.3, 0.0), (0.3, 1.0)] {
+        let mut found = Vec::new();
+        for mis in [Mis::Nee, Mis::LIGHT, Mis::BSDF] {
+            let case = format!("a coat of roughness {roughness}, {mis:?}");
+            let mut w = world([8, 8], 512, view(DVec3::new(0.0, 0.0, 1.5), DVec3::ZERO, 0.05));
+            w.render.mis = mis;
+            w.render.max_bounces = 1;
+            add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit.clone().into());
+            w.materials.push(diffuse(rho, 0.0));
+            let coated = Bsdf::Glossy { base: w.materials.len() - 1, ior: 1.5, roughness, metalness: 0.0 };
+            let turned = DAffine3::from_rotation_y(tilt);
+            add(&mut w, quad(DVec3::Z, 1.0, 1.0), turned, coated.into());
+            let film = in_parts(renderer, &w);
+            let mean =
+                |part: fn(&Light) -> Vec3| (0..64).map(|i| f64::from(part(&light(&film, i)).x)).sum::<f64>() / 64.0;
+            let [emission, diffuse, specular] = [mean(|l| l.emission), mean(|l| l.diffuse), mean(|l| l.specular)];
+            assert_eq!(emission, 0.0, "{case}");
+            near(&case, specular + diffuse / f64::from(rho), 1.0, 0.02);
+            if roughness == 0.0 {
+                near(&case, specular, 0.04, 0.002);
+            }
+            found.push(specular);
+        }
+        for specular in &found {
+            near(&format!("a coat of roughness {roughness}, {found:?}"), *specular, found[0], 0.005);
+        }
+    }
+    // The room itself shines at the eye.
+    let mut w = world([4, 4], 8, view(DVec3::ZERO, DVec3::Z, 1.0));
+    add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit.into());
+    let film = in_parts(renderer, &w);
+    let expected = Light { emission: Vec3::ONE, ..Light::default() };
+    assert!((0..16).all(|i| light(&film, i) == expected), "{:?}", light(&film, 0));
+}
+
+// What seeds make of the means of pixels, against what one film says of it.
+fn variance(renderer: &mut Renderer) {
+    const SEEDS: u32 = 40;
+    const PIXELS: usize = 20 * 12;
+    for sampler in [Sampler::Random, Sampler::Sobol] {
+        let mut w = some_world();
+        // A whole pass and a part of one.
+        w.render = Render { resolution: [20, 12], samples: 24, sampler, ..w.render };
+        // Of red light: its sum, that of its squares, and that of what is told.
+        let mut sums = [DVec3::ZERO; PIXELS];
+        for seed in 0..SEEDS {
+            w.render.seed = seed;
+            let film = in_parts(renderer, &w);
+            for (i, mean) in film.mean().iter().enumerate() {
+                let red = f64::from(mean.x);
+                sums[i] += DVec3::new(red, red * red, light(&film, i).variance.x.into());
+            }
+        }
+        let n = f64::from(SEEDS);
+        let spread = |sums: &DVec3| (sums.y - sums.x * sums.x / n) / (n - 1.0);
+        let ratios: Vec<f64> = sums.iter().filter(|s| s.z > 1e-9).map(|s| spread(s) / (s.z / n)).collect();
+        let ratio = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        assert!(ratios.len() > PIXELS / 3, "{sampler:?}: {} pixels vary", ratios.len());
+        match sampler {
+            Sampler::Random => near("the variance of independent samples", ratio, 1.0, 0.08),
+            // Their mean is better than they say one by one.
+            Sampler::Sobol => assert!(ratio < 0.8, "the variance of Sobol points is {ratio} of what is told"),
+        }
+    }
+    // Samples that are all the same have none, however many there are.
+    let mut w = world([2, 2], 50, front());
+    w.sky = Some(Sky { light: SkyLight::Color(Color::new(0.1, 0.3, 0.7)), strength: 1.0, visible: true });
+    let film = in_parts(renderer, &w);
+    assert!((0..4).all(|i| light(&film, i).variance.max_element() < 1e-14), "{:?}", light(&film, 0));
+}
+
+/// Where everything is at the next frame, if `carried` says so of each shape.
+fn moving(w: &mut World, next: View, carried: impl Fn(usize) -> DAffine3) {
+    w.next = Some(next);
+    for (i, instance) in w.instances.iter_mut().enumerate() {
+        instance.next = Some(carried(i) * instance.world_from_object);
+    }
+}
+
+fn turn_about(point: DVec3, angle: f64, scale: f64, step: DVec3) -> DAffine3 {
+    let axis = DVec3::new(0.3, 1.0, -0.2).normalize();
+    DAffine3::from_translation(point + step)
+        * DAffine3::from_scale_rotation_translation(
+            DVec3::splat(scale),
+            DQuat::from_axis_angle(axis, angle),
+            DVec3::ZERO,
+        )
+        * DAffine3::from_translation(-point)
+}
+
+fn motion(renderer: &mut Renderer) {
+    let eye = DVec3::new(3.0, -2.0, 5.0);
+    let place = view(eye, eye + DVec3::new(1.0, 0.7, 0.4), 1.0).world_from_camera;
+    // The camera moves and turns; of the balls one stays, one moves, one turns and grows.
+    let next_place = turn_about(eye, 0.03, 1.0, DVec3::new(0.05, -0.03, 0.02)) * place;
+    let balls = [DVec3::new(1.0, 0.5, -4.0), DVec3::new(-1.2, 1.0, -3.0), DVec3::new(0.2, -1.2, -5.0)];
+    let balls = balls.map(|p| place.transform_point3(p));
+    let carried = [
+        DAffine3::IDENTITY,
+        DAffine3::from_translation(DVec3::new(0.2, 0.1, -0.3)),
+        turn_about(balls[2], 0.2, 1.1, DVec3::ZERO),
+    ];
+    for (projection, next_projection) in [
+        (Projection::Perspective { fov: 1.2 }, Projection::Perspective { fov: 1.1 }),
+        (Projection::Orthographic { height_m: 5.0 }, Projection::Orthographic { height_m: 5.0 }),
+        (Projection::Panorama, Projection::Panorama),
+        (Projection::Fisheye { fov: PI }, Projection::Fisheye { fov: 3.0 }),
+    ] {
+        let case = format!("{projection:?}");
+        let [columns, rows] = [80.0, 48.0];
+        let mut w = world([80, 48], 1, View { world_from_camera: place, projection, ..front() });
+        w.render.view = Shown::Albedo;
+        for ball in balls {
+            let lamp = emitter(Emission::Radiance(1.0));
+            add(&mut w, Shape::Sphere { radius_m: 0.7 }, DAffine3::from_translation(ball), lamp);
+        }
+        let now = w.view.clone();
+        moving(&mut w, now.clone(), |_| DAffine3::IDENTITY);
+        let film = survey(renderer, &w);
+        let still = |i: &usize| film.motion(*i) == Some(glam::Vec2::ZERO);
+        assert_eq!((0..80 * 48).filter(still).count(), 80 * 48, "{case}: what stays moves");
+
+        let next = View { world_from_camera: next_place, projection: next_projection, ..front() };
+        moving(&mut w, next.clone(), |i| carried[i]);
+        let film = survey(renderer, &w);
+        let seen_at = |view: &View, p: DVec3, far: bool| {
+            let into = view.world_from_camera.inverse();
+            let p = if far { into.transform_vector3(p) } else { into.transform_point3(p) };
+            projected(&view.projection, p, columns / rows) * rows
+        };
+        let mut met = [0; 4];
+        for i in 0..80 * 48 {
+            let got = film.motion(i).expect("motion was asked for").as_dvec2();
+            let s = film.seen(i).expect("layers");
+            met[s.id as usize] += 1;
+            let (expected, tolerance) = match s.id {
+                0 => {
+                    // What lies infinitely far away in the pixel's middle, unless all rays are parallel.
+                    let at = DVec2::new((i % 80) as f64 + 0.5 - 40.0, (i / 80) as f64 + 0.5 - 24.0) / rows;
+                    // Across a fisheye's edge the first sample may see nothing.
+                    if matches!(now.projection, Projection::Fisheye { .. }) && (at.length() - 0.5).abs() < 0.03 {
+                        continue;
+                    }
+                    let Some(d) = unprojected(&now.projection, at) else {
+                        assert_eq!(got, DVec2::ZERO, "{case}: pixel {i}");
+                        continue;
+                    };
+                    let d = now.world_from_camera.transform_vector3(d);
+                    (seen_at(&next, d, true) - at * rows, 0.4)
+                }
+                id => {
+                    let p = s.position.as_dvec3();
+                    let moved = carried[id as usize - 1].transform_point3(p);
+                    (seen_at(&next, moved, false) - seen_at(&now, p, false), 2e-3)
+                }
+            };
+            let mut off = got - DVec2::new(expected.x, -expected.y);
+            if matches!(now.projection, Projection::Panorama) {
+                // Near its poles the middle of a pixel says little.
+                if s.id == 0 && !(8..40).contains(&(i / 80)) {
+                    continue;
+                }
+                off.x -= (off.x / columns).round() * columns;
+            }
+            assert!(off.length() < tolerance, "{case}: pixel {i} of {} moves by {got}, not {expected}", s.id);
+        }
+        assert!(met.iter().all(|met| *met > 5), "{case}: {met:?} pixels show each thing");
+    }
+}
+
+// The direction in the camera's space that a place in the picture shows, from its middle to the right and down, in heights.
+fn unprojected(projection: &Projection<Still>, at: DVec2) -> Option<DVec3> {
+    match *projection {
+        Projection::Perspective { fov } => Some(DVec3::new(at.x, -at.y, -0.5 / (0.5 * fov).tan())),
+        Projection::Orthographic { .. } => None,
+        Projection::Panorama => {
+            let (longitude, latitude) = (at.x * PI * 48.0 / 40.0, -at.y * PI);
+            Some(DVec3::new(latitude.cos() * longitude.sin(), latitude.sin(), -latitude.cos() * longitude.cos()))
+        }
+        Projection::Fisheye { fov } => {
+            let angle = at.length() * fov;
+            let aside = at.normalize_or_zero() * angle.sin();
+            (at.length() < 0.5).then_some(DVec3::new(aside.x, -aside.y, -angle.cos()))
+        }
+    }
+}
+
+// Copies that move as wholes, and a shape that moves within all of them, as if all were written out.
+fn copies_in_motion(renderer: &mut Renderer) {
+    let mut w = many_copies();
+    w.render = Render { view: Shown::Albedo, samples: 1, ..w.render };
+    let step = DAffine3::from_translation(DVec3::new(0.1, 0.05, 0.0));
+    let view = w.view.clone();
+    moving(&mut w, view, |_| DAffine3::IDENTITY);
+    for copied in &mut w.copies {
+        copied.next = copied.places.iter().map(|place| step * *place).collect();
+    }
+    for part in &mut w.parts {
+        for (i, instance) in part.instances.iter_mut().enumerate() {
+            let turned = turn_about(DVec3::ZERO, if i % 2 == 0 { 0.1 } else { 0.0 }, 1.0, DVec3::ZERO);
+            instance.next = Some(turned * instance.world_from_object);
+        }
+        for copied in &mut part.copies {
+            copied.next = copied.places.clone();
+        }
+    }
+    let [copied, written] = [&w, &written_out(&w)].map(|w| survey(renderer, w));
+    let mut moved = 0;
+    for i in 0..48 * 32 {
+        let (a, b) = (copied.seen(i).expect("layers"), written.seen(i).expect("layers"));
+        let (there, here) = (copied.motion(i).expect("motion"), written.motion(i).expect("motion"));
+        // A ray along an edge may fall on either side of it.
+        if a.id != b.id || (a.position - b.position).length() > 1e-3 {
+            continue;
+        }
+        assert!((there - here).length() < 2e-3, "pixel {i} moves by {there}, written out by {here}");
+        assert_eq!(a.id < 10, there == glam::Vec2::ZERO, "pixel {i} of {} moves by {there}", a.id);
+        moved += usize::from(a.id >= 10);
+    }
+    assert!(moved > 48 * 32 / 20, "{moved} pixels show copies");
 }

@@ -1,15 +1,14 @@
 //! The boxes of the tree over a scene's primitives, drawn as wires over its picture (`render.view: bvh`). They are drawn
 //! on the host: their edges are the same few lines on every backend.
 
-use std::f32::consts::PI;
-
-use glam::{Mat3, Vec2, Vec3, Vec3A};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
 use kinora_kernel::Packed;
-use kinora_kernel::generated::{FEATURE_FISHEYE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA};
+use kinora_scene::{Projection, View};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 
 use crate::film::Window;
+use crate::project::Projector;
 
 /// Levels are drawn as long as this many boxes are not exceeded: more would fill the picture.
 const MOST_BOXES: usize = 700;
@@ -28,7 +27,7 @@ const COLORS: [Vec3; 5] = [
     Vec3::new(0.85, 0.2, 0.75),
 ];
 /// Wires nearer to the eye than this share of its distance to the boxes are cut off.
-const NEAR: f32 = 1e-4;
+const NEAR: f64 = 1e-4;
 
 /// Pieces of an edge where the picture bends it.
 const PIECES: usize = 48;
@@ -39,12 +38,10 @@ pub struct Wires {
     // By level, the whole scene's box first.
     levels: Vec<Vec<[Vec3; 2]>>,
     eye: Vec3,
-    camera_from_world: Mat3,
-    // As in the parameters: half extents of the image, what projection it is, and a fisheye's edge in turns.
-    half: Vec2,
-    features: u32,
-    edge: f32,
-    picture: Vec2,
+    // The camera's axis, away from what it looks at.
+    back: Vec3,
+    camera: Projector,
+    picture: DVec2,
 }
 
 /// What lies beneath the wires.
@@ -58,25 +55,21 @@ pub struct Canvas<'a> {
 }
 
 impl Wires {
-    /// The boxes of `packed`.
-    pub fn of(packed: &Packed) -> Self {
-        let params = &packed.params;
-        let [x, y, z] = [params.camera_x, params.camera_y, params.camera_z].map(glam::Vec4::truncate);
+    /// The boxes of `packed`, which `view` shows in a picture of `size`, width and height in pixels.
+    pub fn of(packed: &Packed, view: &View, size: [u32; 2]) -> Self {
         Self {
             levels: packed.compressed().map_or_else(|_| Vec::new(), |compressed| levels(&compressed.bvh)),
-            eye: params.camera_eye.truncate(),
-            camera_from_world: Mat3::from_cols(x, y, z).transpose(),
-            half: params.camera_film.truncate().truncate(),
-            features: params.features & (FEATURE_ORTHOGRAPHIC | FEATURE_PANORAMA | FEATURE_FISHEYE),
-            edge: params.camera_z.w,
-            picture: params.resolution.as_vec2(),
+            eye: view.world_from_camera.translation.as_vec3(),
+            back: view.world_from_camera.matrix3.z_axis.as_vec3(),
+            camera: Projector::new(view, size),
+            picture: DVec2::from(size.map(f64::from)),
         }
     }
 
     /// The direction from `p` to the eye.
     pub fn to_eye(&self, p: Vec3) -> Vec3 {
-        match self.features {
-            FEATURE_ORTHOGRAPHIC => self.camera_from_world.row(2),
+        match self.camera.projection() {
+            Projection::Orthographic { .. } => self.back,
             _ => (self.eye - p).normalize_or_zero(),
         }
     }
@@ -95,15 +88,14 @@ impl Wires {
     }
 
     fn edge(&self, canvas: &mut Canvas<'_>, [a, b]: [Vec3; 2], color: Vec3, width: f32, strength: f32) {
-        let place = |p: Vec3| self.camera_from_world * (p - self.eye);
-        let (mut a, mut b) = (place(a), place(b));
-        if self.features != 0 {
-            let mut before = self.bent(a);
+        let [mut a, mut b] = [a, b].map(|p| self.camera.in_camera(p.as_dvec3()));
+        if !matches!(self.camera.projection(), Projection::Perspective { .. }) {
+            let mut before = self.project(a);
             for piece in 1..=PIECES {
-                let here = self.bent(a.lerp(b, piece as f32 / PIECES as f32));
+                let here = self.project(a.lerp(b, piece as f64 / PIECES as f64));
                 // Not across a panorama from one side to the other.
                 if let (Some(a), Some(b)) = (before, here)
-                    && (a.0 - b.0).abs().cmplt(0.5 * self.picture).all()
+                    && (a.0 - b.0).abs().as_dvec2().cmplt(0.5 * self.picture).all()
                 {
                     line(canvas, [a, b], color, width, strength);
                 }
@@ -116,38 +108,28 @@ impl Wires {
             return;
         }
         // The camera looks along its own -z.
-        let cut = |from: Vec3, to: Vec3| from + (to - from) * ((near - from.z) / (to.z - from.z));
+        let cut = |from: DVec3, to: DVec3| from + (to - from) * ((near - from.z) / (to.z - from.z));
         if a.z > near {
             a = cut(b, a);
         }
         if b.z > near {
             b = cut(a, b);
         }
-        let project = |p: Vec3| {
-            let plane = Vec2::new(p.x, -p.y) / (-p.z * self.half);
-            ((plane + 1.0) * 0.5 * self.picture, -1.0 / p.z)
-        };
-        line(canvas, [project(a), project(b)], color, width, strength);
+        if let (Some(a), Some(b)) = (self.project(a), self.project(b)) {
+            line(canvas, [a, b], color, width, strength);
+        }
     }
-}
 
-impl Wires {
-    // Where a point of the camera's space is in pixels, and 1 / depth, where the projection is no perspective.
-    fn bent(&self, p: Vec3) -> Option<(Vec2, f32)> {
-        let aside = Vec2::new(p.x, -p.y);
-        let (plane, depth) = match self.features {
-            FEATURE_ORTHOGRAPHIC => (aside / self.half, -p.z),
-            FEATURE_PANORAMA => {
-                let latitude = p.y.atan2(Vec2::new(p.x, p.z).length());
-                (Vec2::new(p.x.atan2(-p.z) / PI, -2.0 * latitude / PI), p.length())
-            }
-            _ => {
-                let radius = aside.length().atan2(-p.z) / (2.0 * PI * self.edge);
-                let depth = if radius <= 1.0 { p.length() } else { 0.0 };
-                (radius * aside.normalize_or_zero() / self.half, depth)
-            }
+    // Where a point of the camera's space is in pixels, and 1 / depth.
+    fn project(&self, p: DVec3) -> Option<(Vec2, f32)> {
+        let at = self.camera.point(p)?;
+        let depth = match self.camera.projection() {
+            Projection::Perspective { .. } | Projection::Orthographic { .. } => -p.z,
+            Projection::Panorama => p.length(),
+            Projection::Fisheye { .. } if (at - 0.5 * self.picture).length() > 0.5 * self.picture.y => return None,
+            Projection::Fisheye { .. } => p.length(),
         };
-        (depth > 0.0).then(|| ((plane + 1.0) * 0.5 * self.picture, 1.0 / depth))
+        (depth > 0.0).then(|| (at.as_vec2(), (1.0 / depth) as f32))
     }
 }
 

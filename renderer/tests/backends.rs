@@ -1,5 +1,6 @@
 //! Every backend passes the same suite; a GPU through each API that computes on this system.
 
+use glam::Vec3;
 use kinora_kernel::lanes::Width;
 use kinora_renderer::cpu::Cpu;
 use kinora_renderer::gpu::{Api, adapters_of};
@@ -69,7 +70,7 @@ fn both_see_the_same_surfaces() {
     let mut world = suite::all_kinds();
     world.render.resolution = [160, 96];
     let survey = |backend: Box<dyn Backend>| -> Film {
-        let request = Request { crop: None, layers: true };
+        let request = Request { layers: true, parts: true, ..Request::default() };
         Renderer::new(backend).render_for(&world, &request, &()).expect("renders")
     };
     let (cpu, gpu) = (survey(opened(Choice::Cpu).expect("threads start")), survey(gpu));
@@ -85,6 +86,17 @@ fn both_see_the_same_surfaces() {
         assert!((a.position - b.position).abs().max_element() <= 1e-4 * a.depth.max(1.0), "pixel {i}: {a:?}, {b:?}");
     }
     assert!(same * 1000 >= count * 999, "{same} of {count} pixels show the same");
+    // Of light only the mean: a path that goes another way brings another.
+    let sum = |film: &Film| {
+        let light = (0..count).map(|i| film.parts(i).expect("a layer"));
+        light.fold([Vec3::ZERO; 4], |sum, light| {
+            let parts = [light.emission, light.diffuse, light.specular, light.variance];
+            std::array::from_fn(|k| sum[k] + parts[k])
+        })
+    };
+    for (a, b) in sum(&cpu).into_iter().zip(sum(&gpu)) {
+        assert!((a - b).abs().max_element() < 0.01 * a.max_element(), "{a} and {b}");
+    }
     // Normals are means: a sample that falls on the other side of an edge moves them.
     let apart = |i: &usize| match (cpu.seen(*i), gpu.seen(*i)) {
         (Some(a), Some(b)) => a.id == b.id && (a.normal - b.normal).abs().max_element() > 1e-4,
@@ -94,17 +106,22 @@ fn both_see_the_same_surfaces() {
     assert!(off * 1000 <= count, "{off} of {count} normals differ");
 }
 
-/// However many paths a thread shades at once, the film has the same bits.
+/// However many paths a thread shades at once, the film has the same bits; and whole light those of its parts.
 #[test]
 fn cpu_widths() {
     let world = suite::all_kinds();
-    let film = |width: Width| {
+    let film = |width: Width, parts: bool| {
         let cpu = Cpu::new(0).expect("threads start").with_width(width);
-        Renderer::new(Box::new(cpu)).render(&world, &()).expect("the world renders")
+        let request = Request { parts, ..Request::default() };
+        Renderer::new(Box::new(cpu)).render_for(&world, &request, &()).expect("the world renders")
     };
-    let one = film(Width::One);
+    let one = film(Width::One, true);
+    assert!(film(Width::One, false).mean() == one.mean(), "in parts the picture is another");
     for width in [Width::Eight, Width::Sixteen].into_iter().filter(|width| width.is_here()) {
-        let many = film(width);
-        assert!(many == one, "{width:?} shows another picture");
+        for parts in [false, true] {
+            let many = film(width, parts);
+            let same = if parts { many == one } else { many.mean() == one.mean() };
+            assert!(same, "{width:?} shows another picture");
+        }
     }
 }

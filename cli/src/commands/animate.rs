@@ -7,7 +7,7 @@ use kinora_renderer::{BackendError, Film, RenderError, Renderer, Request};
 use kinora_scene::{Scene, World};
 
 use super::render::{End, OutputFlags, Statistics, draw, name_of, refuse_input};
-use crate::encode::{self, Format, Stamp, Target};
+use crate::encode::{self, Format, Layer, Stamp, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{PictureFlags, SceneFlags};
 use crate::frames::{self, Pattern};
@@ -135,7 +135,9 @@ impl Sequence<'_> {
         if let Some(code) = self.stop.asked() {
             return Err(self.all(End::Stopped(code)));
         }
-        let world = self.loaded.sample(self.scene.clock.shutter_of(frame)).map_err(|found| {
+        let shutter = self.scene.clock.shutter_of(frame);
+        let moving = self.format.layers().has(Layer::Motion);
+        let world = self.loaded.sample_moving(shutter, moving).map_err(|found| {
             self.progress.beside(|| {
                 terminal::error(&format!("frame {frame} has no picture"));
                 self.loaded.report_one(&found);

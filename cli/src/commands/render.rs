@@ -7,7 +7,7 @@ use kinora_renderer::{BackendError, Film, RenderError, Renderer, Request, Window
 use kinora_scene::{Scene, World};
 use serde::Serialize;
 
-use crate::encode::{self, Bits, Format, Layers, Stamp, Target};
+use crate::encode::{self, Bits, Format, Layer, Layers, Stamp, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{PictureFlags, SceneFlags};
 use crate::memory;
@@ -44,7 +44,7 @@ pub struct OutputFlags {
     /// Bits a channel of a PNG
     #[arg(long, value_name = "8|16", default_value = "8", hide_default_value = true, value_parser = bits)]
     bits: Bits,
-    /// Layers of an EXR beside the picture: albedo, normal, depth, id, position, samples
+    /// Layers of an EXR beside the picture: albedo, depth, diffuse, emission, id, motion, normal, position, samples, specular, variance
     #[arg(long, value_name = "LIST")]
     aov: Option<Layers>,
     /// Only a part of the picture, in pixels from the top left: --crop 100,50,320,180. The pixels are the same as in the whole
@@ -70,15 +70,19 @@ impl OutputFlags {
     /// The scene has no such picture, the format does not hold it, or memory does not.
     pub fn request(&self, scene: &Scene, format: Format) -> Result<Request, String> {
         format.check(&scene.render)?;
-        let request = Request { crop: self.crop, layers: format.layers().of_surfaces() };
+        let layers = format.layers();
+        if layers.has(Layer::Variance) && scene.render.samples < 2 {
+            return Err("one sample tells no variance: `--aov variance` needs 2 or more".into());
+        }
+        let request = Request { crop: self.crop, layers: layers.of_surfaces(), parts: layers.of_parts() };
         let picture = scene.render.resolution;
         let window = self.crop.unwrap_or(Window::whole(picture));
         if !Window::fits(picture, window) {
             return Err(RenderError::Outside { window, picture }.to_string());
         }
-        // A file's values lie beside the film when it is written.
-        const WRITTEN_BYTES: u64 = 40;
-        let bytes = Film::bytes(&scene.render, &request).saturating_add(WRITTEN_BYTES * window.pixels() as u64);
+        // A file's values lie beside the film when it is written: of most layers three numbers a pixel.
+        let written_bytes = 40 + 12 * layers.wanted().count() as u64;
+        let bytes = Film::bytes(&scene.render, &request).saturating_add(written_bytes * window.pixels() as u64);
         match memory::free_bytes() {
             Some(free) if bytes > free => {
                 let size = [window.width, window.height];
@@ -145,7 +149,8 @@ pub fn run(args: &Args) -> Outcome {
         (_, Some(Time::Frames(frame))) => frame,
         (frame, None) => frame.unwrap_or(0) as f64,
     };
-    let world = match loaded.sample(scene.clock.shutter_at(frame / scene.clock.fps)) {
+    let shutter = scene.clock.shutter_at(frame / scene.clock.fps);
+    let world = match loaded.sample_moving(shutter, format.layers().has(Layer::Motion)) {
         Ok(world) => world,
         Err(found) => {
             loaded.report_one(&found);

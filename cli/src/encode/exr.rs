@@ -4,7 +4,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
+use exr::image::{self, AnyChannel, AnyChannels, Encoding, FlatSamples, Image};
 use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Rational, Text, TimeCode};
@@ -14,7 +14,7 @@ use glam::{DMat4, DVec4, Vec3};
 use kinora_renderer::{Film, Seen, measure};
 use kinora_scene::{Projection, World};
 
-use super::{Layers, SOFTWARE, Stamp};
+use super::{Layer, Layers, SOFTWARE, Stamp};
 
 const REC_709: Chromaticities =
     Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) };
@@ -36,7 +36,7 @@ pub(super) fn encode(film: &Film, world: &World, layers: Layers, stamp: &Stamp) 
     // Both are below 2¹⁴.
     attributes.layer_position = Vec2(window.left as i32, window.top as i32);
     let size = (window.width as usize, window.height as usize);
-    let mut image = Image::from_layer(Layer::new(size, attributes, encoding, channels(film, layers)));
+    let mut image = Image::from_layer(image::Layer::new(size, attributes, encoding, channels(film, layers)));
     let [width, height] = film.picture();
     image.attributes.display_window = IntegerBounds::from_dimensions((width as usize, height as usize));
     image.attributes.chromaticities = Some(REC_709);
@@ -55,27 +55,42 @@ fn channels(film: &Film, layers: Layers) -> AnyChannels<FlatSamples> {
     for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
         add(name.into(), FlatSamples::F32(colors.iter().map(|color| color[axis]).collect()));
     }
-    let seen: Vec<Seen> = (0..film.window().pixels()).map_while(|i| film.seen(i)).collect();
+    let pixels = || 0..film.window().pixels();
+    let seen: Vec<Seen> = pixels().map_while(|i| film.seen(i)).collect();
     if film.is_transparent() {
         add("A".into(), FlatSamples::F32(seen.iter().map(|seen| seen.cover).collect()));
     }
-    let mut vector = |wanted: bool, layer: &str, names: [&str; 3], value: &dyn Fn(&Seen) -> Vec3| {
-        for (axis, name) in names.into_iter().enumerate().filter(|_| wanted) {
-            add(format!("{layer}.{name}"), FlatSamples::F32(seen.iter().map(|seen| value(seen)[axis]).collect()));
+    const RGB: [&str; 3] = ["R", "G", "B"];
+    const XYZ: [&str; 3] = ["X", "Y", "Z"];
+    for (layer, kind) in layers.wanted() {
+        let mut each = |channel: &str, value: &dyn Fn(usize) -> f32| {
+            add(format!("{layer}.{channel}"), FlatSamples::F32(pixels().map(value).collect()));
+        };
+        let mut vector = |channels: [&str; 3], value: &dyn Fn(usize) -> Vec3| {
+            for (axis, channel) in channels.into_iter().enumerate() {
+                each(channel, &|i| value(i)[axis]);
+            }
+        };
+        let light = |i: usize| film.parts(i).unwrap_or_default();
+        match kind {
+            Layer::Albedo => vector(RGB, &|i| seen[i].albedo),
+            Layer::Diffuse => vector(RGB, &|i| light(i).diffuse),
+            Layer::Emission => vector(RGB, &|i| light(i).emission),
+            Layer::Specular => vector(RGB, &|i| light(i).specular),
+            Layer::Variance => vector(RGB, &|i| light(i).variance),
+            Layer::Normal => vector(XYZ, &|i| seen[i].normal),
+            Layer::Position => vector(XYZ, &|i| seen[i].position),
+            Layer::Motion => {
+                let motion = |i: usize| film.motion(i).unwrap_or_default();
+                each("X", &|i| motion(i).x);
+                each("Y", &|i| motion(i).y);
+            }
+            Layer::Depth => each("Z", &|i| seen[i].depth),
+            Layer::Id => add(layer.into(), FlatSamples::U32(seen.iter().map(|seen| seen.id).collect())),
+            Layer::Samples => {
+                add(layer.into(), FlatSamples::F32(pixels().map(|i| film.samples_of(i) as f32).collect()))
+            }
         }
-    };
-    vector(layers.albedo, "albedo", ["R", "G", "B"], &|seen| seen.albedo);
-    vector(layers.normal, "normal", ["X", "Y", "Z"], &|seen| seen.normal);
-    vector(layers.position, "position", ["X", "Y", "Z"], &|seen| seen.position);
-    if layers.depth {
-        add("depth.Z".into(), FlatSamples::F32(seen.iter().map(|seen| seen.depth).collect()));
-    }
-    if layers.id {
-        add("id".into(), FlatSamples::U32(seen.iter().map(|seen| seen.id).collect()));
-    }
-    if layers.samples {
-        let samples = (0..film.window().pixels()).map(|i| film.samples_of(i) as f32);
-        add("samples".into(), FlatSamples::F32(samples.collect()));
     }
     AnyChannels::sort(channels.into())
 }

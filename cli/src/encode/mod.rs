@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use kinora_renderer::{Film, Request, Window, develop, measure};
 use kinora_scene::{Background, Render, Scene, Shown, World};
 
-pub use layers::Layers;
+pub use layers::{Layer, Layers};
 
 /// What every file says about its program.
 const SOFTWARE: &str = concat!("kinora ", env!("CARGO_PKG_VERSION"));
@@ -108,7 +108,10 @@ impl Format {
         match self {
             Format::Png { bits: Bits::Eight } => "png8".into(),
             Format::Png { bits: Bits::Sixteen } => "png16".into(),
-            Format::Exr { layers } => std::iter::once("exr").chain(layers.names()).collect::<Vec<_>>().join("+"),
+            Format::Exr { layers } => {
+                let names = layers.wanted().map(|(name, _)| name);
+                std::iter::once("exr").chain(names).collect::<Vec<_>>().join("+")
+            }
             Format::Hdr => "hdr".into(),
             Format::Jpg => "jpg".into(),
         }

@@ -16,6 +16,9 @@ pub struct World {
     pub shutter: Shutter,
     /// The camera that takes the picture.
     pub view: View,
+    /// The same camera at the next frame; `None` where nobody asks for motion. Then all that moves until then has a `next`.
+    #[serde(default)]
+    pub next: Option<View>,
     /// Every visible shape that is there once.
     pub instances: Vec<Instance>,
     /// What is there many times.
@@ -40,6 +43,9 @@ pub struct Lamp {
     pub node: usize,
     /// The light.
     pub light: Light<Still>,
+    /// From where the points of its surface are to where they are at the next frame; `None`: they stay.
+    #[serde(default)]
+    pub next: Option<DAffine3>,
 }
 
 /// What is copied: shapes and lamps, and copies of other parts.
@@ -64,6 +70,9 @@ pub struct Copied {
     pub part: usize,
     /// From the part's space to the world, or to the space of the part that they are in.
     pub places: Vec<DAffine3>,
+    /// The same at the next frame; empty: they stay.
+    #[serde(default)]
+    pub next: Vec<DAffine3>,
     /// What all of it is made of, instead of its own: index into [`World::materials`].
     pub material: Option<usize>,
 }
@@ -92,6 +101,9 @@ pub struct Instance {
     pub shape: Shape<Still>,
     /// From the shape's own space to the world, when the shutter opens. Not singular.
     pub world_from_object: DAffine3,
+    /// The same at the next frame, a sphere's growth included; `None`: it stays.
+    #[serde(default)]
+    pub next: Option<DAffine3>,
     /// Index into [`World::materials`].
     pub material: usize,
 }

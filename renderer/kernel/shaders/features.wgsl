@@ -13,10 +13,13 @@ struct Features {
     normal: vec3<f32>,
     /// Metres from the eye along the camera's axis; of a panorama or a fisheye, along the ray.
     depth: f32,
-    /// In the world, metres.
+    /// In the world, metres; where nothing is, the unit vector along which nothing was met.
     position: vec3<f32>,
     /// 1 + the node's place in the scene, 0 where nothing is.
     id: u32,
+    /// The shape, and the copy that it is seen in or NONE.
+    shape: u32,
+    copied: u32,
 }
 
 /// What the camera's ray of one sample of a pixel meets.
@@ -27,6 +30,7 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
     while path.alive {
         let hit = closest_hit(path.o, path.d, path.start);
         if hit.id == NONE {
+            seen.position = path.d;
             return seen;
         }
         let s = surface_at(hit, path.o, path.d);
@@ -57,13 +61,15 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
             seen.depth = length(to_eye);
         }
         seen.position = s.p;
+        seen.shape = s.shape;
+        seen.copied = hit.instance;
         seen.id = shapes[select(hit.instance, s.shape, hit.instance == NONE)].index.w + 1u;
         return seen;
     }
     return seen;
 }
 
-/// Several samples of a pixel. Colours and normals are summed; depth, position and id are those of the pixel's first
+/// Several samples of a pixel. Colours and normals are summed; depth, position, id and shape are those of the pixel's first
 /// sample, so that they belong together.
 struct FeatureSum {
     /// w: how many samples met something.
@@ -72,6 +78,8 @@ struct FeatureSum {
     normal: vec4<f32>,
     /// w: id, a whole number.
     position: vec4<f32>,
+    /// Shape and copy, two whole numbers below 2¹⁶ each, the higher first.
+    shape: vec4<f32>,
 }
 
 /// `sum` and one sample more.
@@ -83,6 +91,8 @@ fn features_add(sum: FeatureSum, pixel: vec2<u32>, sample: u32) -> FeatureSum {
     if sample == 0u {
         next.normal.w = seen.depth;
         next.position = vec4<f32>(seen.position, f32(seen.id));
+        let halves = vec4<u32>(seen.shape >> 16u, seen.shape & 0xffffu, seen.copied >> 16u, seen.copied & 0xffffu);
+        next.shape = vec4<f32>(halves);
     }
     return next;
 }

@@ -325,12 +325,16 @@ fn path_shadow(path: ptr<function, Path>, share: f32) {
     (*path).light += (*path).shadow_light * share;
 }
 
+/// Whether it can be light. Bits are compared, since WGSL may assume that no value is infinite or not a number.
+fn is_light(light: vec3<f32>) -> bool {
+    let bits = bitcast<vec3<u32>>(light) & vec3<u32>(0x7f800000u);
+    return !any(bits == vec3<u32>(0x7f800000u));
+}
+
 /// The light that the path brought to its pixel; w: the rays that it took.
 fn path_light(path: Path) -> vec4<f32> {
-    // What is not a number would spoil all samples of the pixel. Bits are compared, since WGSL may assume that no
-    // such value occurs.
-    let bits = bitcast<vec3<u32>>(path.light) & vec3<u32>(0x7f800000u);
-    if any(bits == vec3<u32>(0x7f800000u)) {
+    // What is not a number would spoil all samples of the pixel.
+    if !is_light(path.light) {
         return vec4<f32>(0.0, 0.0, 0.0, path.rays);
     }
     return vec4<f32>(path.light, path.rays);

@@ -4,7 +4,7 @@
 
 use glam::{UVec2, Vec4};
 
-use crate::generated::Kernel;
+use crate::generated::{Kernel, Parts};
 
 /// How many paths advance together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,9 +53,12 @@ fn has_avx512() -> bool {
         && is_x86_feature_detected!("avx512vl")
 }
 
+/// Which sample of which pixel, by the place of its result.
+pub type PixelSample<'a> = &'a dyn Fn(usize) -> (UVec2, u32);
+
 /// Fills `light` with [`Kernel::radiance`] of `pixel_sample(i)` for each index `i`. Lanes that the CPU does not have are
 /// replaced by one.
-pub fn radiance(kernel: &Kernel<'_>, width: Width, pixel_sample: &dyn Fn(usize) -> (UVec2, u32), light: &mut [Vec4]) {
+pub fn radiance(kernel: &Kernel<'_>, width: Width, pixel_sample: PixelSample<'_>, light: &mut [Vec4]) {
     #[cfg(target_arch = "x86_64")]
     match width {
         Width::Sixteen if width.is_here() => return sixteen::radiance(kernel, pixel_sample, light),
@@ -65,6 +68,20 @@ pub fn radiance(kernel: &Kernel<'_>, width: Width, pixel_sample: &dyn Fn(usize) 
     for (i, light) in light.iter_mut().enumerate() {
         let (pixel, sample) = pixel_sample(i);
         *light = kernel.radiance(pixel, sample);
+    }
+}
+
+/// As [`radiance`], but [`Kernel::radiance_parts`].
+pub fn radiance_parts(kernel: &Kernel<'_>, width: Width, pixel_sample: PixelSample<'_>, parts: &mut [Parts]) {
+    #[cfg(target_arch = "x86_64")]
+    match width {
+        Width::Sixteen if width.is_here() => return sixteen::radiance_parts(kernel, pixel_sample, parts),
+        Width::Eight if width.is_here() => return eight::radiance_parts(kernel, pixel_sample, parts),
+        _ => {}
+    }
+    for (i, parts) in parts.iter_mut().enumerate() {
+        let (pixel, sample) = pixel_sample(i);
+        *parts = kernel.radiance_parts(pixel, sample);
     }
 }
 
@@ -150,33 +167,60 @@ macro_rules! lanes {
             }
 
             /// As [`super::radiance`]; the CPU must have the lanes.
-            pub(super) fn radiance(
-                kernel: &Scalar<'_>,
-                pixel_sample: &dyn Fn(usize) -> (UVec2, u32),
-                light: &mut [Vec4],
-            ) {
+            pub(super) fn radiance(kernel: &Scalar<'_>, pixel_sample: super::PixelSample<'_>, light: &mut [Vec4]) {
                 // SAFETY: the caller has asked the CPU for these features.
-                unsafe { schedule(kernel, pixel_sample, light) }
+                unsafe { schedule::<false>(kernel, pixel_sample, light, &mut []) }
+            }
+
+            /// As [`super::radiance_parts`]; the CPU must have the lanes.
+            pub(super) fn radiance_parts(
+                kernel: &Scalar<'_>,
+                pixel_sample: super::PixelSample<'_>,
+                parts: &mut [Parts],
+            ) {
+                // SAFETY: as above.
+                unsafe { schedule::<true>(kernel, pixel_sample, &mut [], parts) }
             }
 
             /// Waiting for so many lanes to be free before they are filled, and a path's start is paid once for all.
             const FREE: u32 = LANES as u32 / 2;
 
+            // Fills `light`, or `in_parts` where light is wanted in parts.
             #[target_feature(enable = $features)]
-            fn schedule(kernel: &Scalar<'_>, pixel_sample: &dyn Fn(usize) -> (UVec2, u32), light: &mut [Vec4]) {
+            fn schedule<const PARTS: bool>(
+                kernel: &Scalar<'_>,
+                pixel_sample: super::PixelSample<'_>,
+                light: &mut [Vec4],
+                in_parts: &mut [Parts],
+            ) {
                 let lanes = Lanes(kernel);
+                let count = if PARTS { in_parts.len() } else { light.len() };
                 let mut next = 0;
                 let mut slot = [0; LANES];
                 let mut active = w::M::splat(false);
                 let mut path = PathLanes::splat(Path::default());
+                let mut parts = PartsLanes::splat(Parts::default());
+                let mut finish = |ended: w::M, path: PathLanes, parts: PartsLanes, slot: &[usize; LANES]| {
+                    if PARTS {
+                        let result = lanes.parts_end(ended, parts, path);
+                        for k in (0..LANES).filter(|&k| ended.get(k)) {
+                            in_parts[slot[k]] = result.get(k);
+                        }
+                    } else {
+                        let result = lanes.path_light(ended, path);
+                        for k in (0..LANES).filter(|&k| ended.get(k)) {
+                            light[slot[k]] = result.get(k);
+                        }
+                    }
+                };
                 loop {
                     // Free lanes take what comes next.
                     let free = LANES as u32 - active.bits().count_ones();
-                    if next < light.len() && (free >= FREE || active.none()) {
+                    if next < count && (free >= FREE || active.none()) {
                         let mut fresh = 0;
                         let mut starts = [(UVec2::ZERO, 0); LANES];
                         for k in 0..LANES {
-                            if !active.get(k) && next < light.len() {
+                            if !active.get(k) && next < count {
                                 starts[k] = pixel_sample(next);
                                 slot[k] = next;
                                 fresh |= 1 << k;
@@ -187,36 +231,41 @@ macro_rules! lanes {
                         let pixel = w::V2::<w::U>::gather(|k| starts[k].0);
                         let sample = w::U::gather(|k| starts[k].1);
                         path = PathLanes::select(fresh, lanes.path_start(fresh, pixel, sample), path);
+                        if PARTS {
+                            parts = PartsLanes::select(fresh, PartsLanes::splat(Parts::default()), parts);
+                        }
                         active = active.or(fresh);
                         // Some have ended before they began: no light comes from beside a fisheye's circle.
                         let ended = fresh.and_not(path.alive);
                         if ended.any() {
-                            let result = lanes.path_light(ended, path);
-                            for k in (0..LANES).filter(|&k| ended.get(k)) {
-                                light[slot[k]] = result.get(k);
-                            }
+                            finish(ended, path, parts, &slot);
                             active = active.and_not(ended);
                         }
                     }
                     if active.none() {
-                        if next < light.len() {
+                        if next < count {
                             continue;
                         }
                         return;
                     }
                     let hit = lanes.closest_hit(active, path.o, path.d, path.start);
-                    lanes.path_shade(active, &mut path, hit);
+                    if PARTS {
+                        lanes.parts_shade(active, &mut parts, &mut path, hit);
+                    } else {
+                        lanes.path_shade(active, &mut path, hit);
+                    }
                     let asks = active.and(path.shadow_t.gt(w::F::splat(0.0)));
                     if asks.any() {
                         let share = lanes.shadow_share(asks, path.shadow_o, path.shadow_d, path.shadow_t, path.start);
-                        lanes.path_shadow(asks, &mut path, share);
+                        if PARTS {
+                            lanes.parts_shadow(asks, &mut parts, &mut path, share);
+                        } else {
+                            lanes.path_shadow(asks, &mut path, share);
+                        }
                     }
                     let ended = active.and_not(path.alive);
                     if ended.any() {
-                        let result = lanes.path_light(ended, path);
-                        for k in (0..LANES).filter(|&k| ended.get(k)) {
-                            light[slot[k]] = result.get(k);
-                        }
+                        finish(ended, path, parts, &slot);
                         active = active.and(path.alive);
                     }
                 }

@@ -11,7 +11,7 @@ use glam::{DAffine3, UVec2, UVec4, Vec2, Vec3, Vec4};
 use kinora_kernel::generated::{
     CHOICE, COMPENSATE, DELTA_PDF, DIELECTRIC_THIN, EMITTER_TWO_SIDED, FAR, FEATURE_BLADES, FEATURE_CUTOUT,
     FEATURE_FISHEYE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, Hit, MATERIAL_EMITTER, MATERIAL_MIX, NONE, PLANE_BIT,
-    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE, Path,
+    PRIMITIVE_PARALLELOGRAM, PRIMITIVE_TRIANGLE, Parts, Path,
 };
 use kinora_kernel::lanes::{Width, eight, sixteen};
 use kinora_kernel::{Kernel, Light, Material, Packed};
@@ -160,18 +160,21 @@ fn path(kernel: &Kernel<'_>, r: &mut Random) -> Path {
     path
 }
 
-/// One step of some paths: what they become, the light that they brought then, by `Debug`, which tells all bits apart but
-/// those of what is no number.
+/// One step of some paths: what they become and the light that they brought then, whole and in parts, by `Debug`, which
+/// tells all bits apart but those of what is no number.
 type Steps = Vec<(String, String)>;
 
 fn scalar(kernel: &Kernel<'_>, paths: &[Path], hits: &[Hit], shares: &[f32]) -> Steps {
     let step = |k: usize| {
-        let mut path = paths[k];
+        let (mut path, mut parted, mut parts) = (paths[k], paths[k], Parts::default());
         kernel.path_shade(&mut path, hits[k]);
+        kernel.parts_shade(&mut parts, &mut parted, hits[k]);
         if path.shadow_t > 0.0 {
             kernel.path_shadow(&mut path, shares[k]);
+            kernel.parts_shadow(&mut parts, &mut parted, shares[k]);
         }
-        (format!("{path:?}"), format!("{:?}", kernel.path_light(path)))
+        let light = (kernel.path_light(path), kernel.parts_end(parts, parted));
+        (format!("{path:?}"), format!("{light:?}"))
     };
     (0..paths.len()).map(step).collect()
 }
@@ -180,14 +183,18 @@ macro_rules! on_lanes {
     ($name:ident, $module:ident, $features:literal) => {
         #[target_feature(enable = $features)]
         fn $name(kernel: &Kernel<'_>, active: u32, paths: &[Path], hits: &[Hit], shares: &[f32]) -> Steps {
-            use $module::{HitLanes, Lanes, PathLanes, w};
+            use $module::{HitLanes, Lanes, PartsLanes, PathLanes, w};
             let (lanes, active) = (Lanes(kernel), w::M::from_bits(active));
-            let mut path = PathLanes::gather(|k| paths[k]);
+            let (mut path, mut parted) = (PathLanes::gather(|k| paths[k]), PathLanes::gather(|k| paths[k]));
+            let mut parts = PartsLanes::splat(Parts::default());
             lanes.path_shade(active, &mut path, HitLanes::gather(|k| hits[k]));
+            lanes.parts_shade(active, &mut parts, &mut parted, HitLanes::gather(|k| hits[k]));
             let asks = active.and(path.shadow_t.gt(w::F::splat(0.0)));
             lanes.path_shadow(asks, &mut path, w::F::gather(|k| shares[k]));
-            let light = lanes.path_light(active, path);
-            (0..w::LANES).map(|k| (format!("{:?}", path.get(k)), format!("{:?}", light.get(k)))).collect()
+            lanes.parts_shadow(asks, &mut parts, &mut parted, w::F::gather(|k| shares[k]));
+            let (light, parts) = (lanes.path_light(active, path), lanes.parts_end(active, parts, parted));
+            let step = |k: usize| (format!("{:?}", path.get(k)), format!("{:?}", (light.get(k), parts.get(k))));
+            (0..w::LANES).map(step).collect()
         }
     };
 }

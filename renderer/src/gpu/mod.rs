@@ -15,7 +15,7 @@ use kinora_kernel::packed::TooDeep;
 use kinora_kernel::query::Compressed;
 
 use crate::backend::{Backend, BackendError, Control};
-use crate::film::Survey;
+use crate::film::{Parts, Survey};
 use kernel::{Kernel, WORKGROUP};
 use pace::Pace;
 
@@ -30,8 +30,10 @@ struct Entry {
 
 /// Traces paths.
 const RENDER: Entry = Entry { name: "render", vectors: 1 };
+/// Traces them with their light in parts.
+const RENDER_PARTS: Entry = Entry { name: "render_parts", vectors: 5 };
 /// Looks at the first surfaces.
-const SURVEY: Entry = Entry { name: "survey", vectors: 3 };
+const SURVEY: Entry = Entry { name: "survey", vectors: 4 };
 
 /// What a dispatch does: `Dispatch` of `entry/`.
 #[repr(C)]
@@ -70,9 +72,8 @@ struct Job {
 struct Scene {
     bindings: wgpu::BindGroup,
     features: u32,
-    render: Job,
-    /// Made when it is first wanted.
-    survey: Option<Job>,
+    /// One an entry, made when it is first wanted.
+    jobs: Vec<Job>,
     size: UVec2,
 }
 
@@ -177,7 +178,7 @@ impl Gpu {
         Ok(buffer)
     }
 
-    fn make_scene(&mut self, packed: &Packed, compressed: &Compressed) -> Result<Scene, BackendError> {
+    fn make_scene(&self, packed: &Packed, compressed: &Compressed) -> Result<Scene, BackendError> {
         let storage = |what, bytes: &[u8]| self.array(what, bytes, wgpu::BufferUsages::STORAGE);
         let buffers = [
             self.array("parameters", bytemuck::bytes_of(&packed.params), self.kernel.constants_usage())?,
@@ -192,8 +193,7 @@ impl Gpu {
         let bindings = self.kernel.bind_scene(&self.device, &buffers);
         let size = packed.params.window.zw();
         let features = packed.params.features;
-        let render = self.make_job(RENDER, size, features)?;
-        Ok(Scene { bindings, features, render, survey: None, size })
+        Ok(Scene { bindings, features, jobs: Vec::new(), size })
     }
 
     fn make_job(&mut self, entry: Entry, size: UVec2, features: u32) -> Result<Job, BackendError> {
@@ -313,6 +313,29 @@ impl Gpu {
             row = band.end;
         }
         Ok(true)
+    }
+
+    // As `run`, with the job of `entry`.
+    fn work(
+        &mut self,
+        entry: Entry,
+        pace: &mut Pace,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Vec4>>, BackendError> {
+        let mut scene = self.scene.take().ok_or(BackendError::Nothing)?;
+        let job = match scene.jobs.iter().position(|job| job.entry.name == entry.name) {
+            Some(found) => Ok(found),
+            None => self.make_job(entry, scene.size, scene.features).and_then(|job| {
+                self.faults.check()?;
+                scene.jobs.push(job);
+                Ok(scene.jobs.len() - 1)
+            }),
+        };
+        let sums = job.and_then(|job| self.run(pace, &scene, &scene.jobs[job], pixels, samples, control));
+        self.scene = Some(scene);
+        sums
     }
 
     // All that `job` writes about the window, or about these pixels; `None` if `control` ended it.
@@ -435,11 +458,22 @@ impl Backend for Gpu {
         samples: Range<u32>,
         control: &dyn Control,
     ) -> Result<Option<Vec<Vec4>>, BackendError> {
-        let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
         let mut pace = self.pace;
-        let sums = self.run(&mut pace, scene, &scene.render, pixels, samples, control);
+        let sums = self.work(RENDER, &mut pace, pixels, samples, control);
         self.pace = pace;
         sums
+    }
+
+    fn trace_parts(
+        &mut self,
+        pixels: Option<&[UVec2]>,
+        samples: Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Parts>>, BackendError> {
+        let mut pace = self.pace;
+        let sums = self.work(RENDER_PARTS, &mut pace, pixels, samples, control);
+        self.pace = pace;
+        Ok(sums?.map(|sums| sums.as_chunks().0.to_vec()))
     }
 
     fn survey(
@@ -448,16 +482,7 @@ impl Backend for Gpu {
         samples: Range<u32>,
         control: &dyn Control,
     ) -> Result<Option<Vec<Survey>>, BackendError> {
-        let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
-        if scene.survey.is_none() {
-            let (size, features) = (scene.size, scene.features);
-            let job = self.make_job(SURVEY, size, features)?;
-            self.faults.check()?;
-            self.scene.as_mut().ok_or(BackendError::Nothing)?.survey = Some(job);
-        }
-        let scene = self.scene.as_ref().ok_or(BackendError::Nothing)?;
-        let job = scene.survey.as_ref().ok_or(BackendError::Nothing)?;
-        let sums = self.run(&mut Pace::default(), scene, job, pixels, samples, control)?;
-        Ok(sums.map(|sums| sums.as_chunks::<3>().0.to_vec()))
+        let sums = self.work(SURVEY, &mut Pace::default(), pixels, samples, control)?;
+        Ok(sums.map(|sums| sums.as_chunks().0.to_vec()))
     }
 }

@@ -27,6 +27,8 @@ type Key = (usize, Option<usize>);
 pub struct Copy {
     key: Key,
     place: DAffine3,
+    /// The same at the next frame; `None`: it stays.
+    next: Option<DAffine3>,
     /// What it is called where pictures show which thing is seen.
     id: usize,
     /// The scene's node that shows it.
@@ -50,7 +52,8 @@ pub fn unfold(world: &World, shines: &[bool]) -> Result<Unfolded, PackError> {
     let mut all = Unfolded::default();
     for copied in &world.copies {
         for (k, place) in copied.places.iter().enumerate() {
-            follow(&mut all, world, shines, copied, *place, (copied.first + k, copied.material), 0)?;
+            let place = (*place, copied.next.get(k).copied());
+            follow(&mut all, world, shines, copied, place, (copied.first + k, copied.material), 0)?;
         }
     }
     Ok(all)
@@ -61,7 +64,7 @@ fn follow(
     world: &World,
     shines: &[bool],
     copied: &Copied,
-    place: DAffine3,
+    (place, next): (DAffine3, Option<DAffine3>),
     (id, material): (usize, Option<usize>),
     level: u32,
 ) -> Result<(), PackError> {
@@ -70,26 +73,42 @@ fn follow(
         return Err(PackError::Copies { limit: MAX_COPIES });
     }
     if part.instances.iter().any(|instance| is_shared(instance, material, shines)) {
-        all.copies.push(Copy { key: (copied.part, material), place, id, node: copied.node });
+        all.copies.push(Copy { key: (copied.part, material), place, next, id, node: copied.node });
     }
     for instance in part.instances.iter().filter(|instance| !is_shared(instance, material, shines)) {
         all.instances.push(Instance {
             node: id,
             shape: instance.shape.clone(),
             world_from_object: place * instance.world_from_object,
+            next: either(next, place, instance.next, instance.world_from_object),
             material: material.unwrap_or(instance.material),
         });
     }
-    all.lights.extend(part.lights.iter().map(|lamp| carried(lamp, place)));
+    all.lights.extend(part.lights.iter().map(|lamp| {
+        let to = either(next, place, lamp.next, DAffine3::IDENTITY);
+        Lamp { next: to.filter(|to| *to != place).map(|to| to * place.inverse()), ..carried(lamp, place) }
+    }));
     if all.instances.len() + all.lights.len() > MAX_WRITTEN {
         return Err(PackError::Copies { limit: MAX_WRITTEN });
     }
     for inner in &part.copies {
-        for at in &inner.places {
-            follow(all, world, shines, inner, place * *at, (id, material.or(inner.material)), level + 1)?;
+        for (k, at) in inner.places.iter().enumerate() {
+            let place = (place * *at, either(next, place, inner.next.get(k).copied(), *at));
+            follow(all, world, shines, inner, place, (id, material.or(inner.material)), level + 1)?;
         }
     }
     Ok(())
+}
+
+/// Where what is placed by `inner` in what is placed by `outer` is at the next frame, if one of them moves.
+fn either(
+    outer_next: Option<DAffine3>,
+    outer: DAffine3,
+    inner_next: Option<DAffine3>,
+    inner: DAffine3,
+) -> Option<DAffine3> {
+    let moves = outer_next.is_some() || inner_next.is_some();
+    moves.then(|| outer_next.unwrap_or(outer) * inner_next.unwrap_or(inner))
 }
 
 fn is_shared(instance: &Instance, material: Option<usize>, shines: &[bool]) -> bool {
@@ -160,7 +179,7 @@ pub fn add(
             index: UVec4::new(part as u32, 0, OTHER_INSTANCE, 0),
             ..Primitive::default()
         });
-        geometry.shapes.push(record);
+        geometry.push(record, copy.place, copy.next);
     }
     Ok(trees)
 }

@@ -10,6 +10,8 @@ use kinora_kernel::{Material as PackedMaterial, Primitive, Shape as PackedShape}
 use kinora_scene::{Frame, Instance, Lamp, LightKind, Mesh, Shape, Still, World};
 use rayon::prelude::*;
 
+use crate::motion::Moved;
+
 use super::lights::{self, Light, luminance};
 use super::materials::{Emitter, Reads, add_emitters, emitters};
 use super::other::Other;
@@ -22,6 +24,8 @@ pub struct Geometry {
     pub primitives: Vec<Primitive>,
     pub bounds: Vec<Bounds>,
     pub shapes: Vec<PackedShape>,
+    /// Where each of them goes, if motion is wanted.
+    pub moved: Option<Vec<Moved>>,
     pub lights: Vec<Light>,
     /// Those of the world, then what belongs to them or to single shapes.
     pub materials: Vec<PackedMaterial>,
@@ -94,7 +98,7 @@ impl Geometry {
         if self.reads.get(instance.material).is_some_and(|reads| reads.local) {
             self.textures.local(self.shapes.len(), place);
         }
-        self.shapes.push(record);
+        self.push(record, place, instance.next);
 
         let outside = self.bounds[first..].iter().any(|b| is_far(b.low) || is_far(b.high));
         let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
@@ -102,6 +106,14 @@ impl Geometry {
             return Err(PackError::Coordinates { node: instance.node });
         }
         Ok(())
+    }
+
+    /// Adds the record of a shape that is placed by `from`, and by `next` at the next frame; `None`: it stays.
+    pub fn push(&mut self, record: PackedShape, from: DAffine3, next: Option<DAffine3>) {
+        self.shapes.push(record);
+        if let Some(moved) = &mut self.moved {
+            moved.push(Moved { from, to: next.unwrap_or(from) });
+        }
     }
 
     /// Adds a lamp that is a sphere.
@@ -141,7 +153,7 @@ impl Geometry {
         record.index = UVec4::new(black, self.lights.len() as u32, first_emitter, lamp.node as u32);
         self.add_sphere(shape, place);
         self.add_sphere_light(shape, place, Shining { power_per_m2: luminance(radiance), two_sided: false });
-        self.shapes.push(record);
+        self.push(record, DAffine3::IDENTITY, lamp.next);
         match self.bounds.last() {
             Some(b) if is_far(b.low) || is_far(b.high) => Err(PackError::Coordinates { node: lamp.node }),
             _ => Ok(()),

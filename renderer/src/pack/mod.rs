@@ -32,6 +32,7 @@ use kinora_kernel::query::build;
 use kinora_kernel::{Packed, Params};
 use kinora_scene::{Background, LightKind, Mis, Projection, Sampler, SkyLight, World};
 
+use crate::motion::Moved;
 use geometry::Geometry;
 use materials::Materials;
 use textures::Textures;
@@ -148,9 +149,15 @@ const MAX_WORDS: usize = 1 << 29;
 /// # Errors
 /// Geometry beyond the limits that [`PackError`] names.
 pub fn pack(world: &World) -> Result<Packed, PackError> {
+    pack_moving(world).map(|(packed, _)| packed)
+}
+
+/// As [`pack`], with where each shape goes until the next frame, if the world tells of it.
+pub(crate) fn pack_moving(world: &World) -> Result<(Packed, Option<Vec<Moved>>), PackError> {
     let mut textures = Textures::default();
     let Materials { records, reads, shines } = materials::pack(&world.materials, &mut textures)?;
-    let mut geometry = Geometry { materials: records, reads, shines, textures, ..Geometry::default() };
+    let moved = world.next.as_ref().map(|_| Vec::new());
+    let mut geometry = Geometry { materials: records, reads, shines, textures, moved, ..Geometry::default() };
     // Planes come first: the kernel tests the first `plane_count` shapes one by one.
     let again = copies::unfold(world, &geometry.shines)?;
     let (planes, others): (Vec<_>, Vec<_>) = world
@@ -259,7 +266,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
     }
     packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
     packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
-    Ok(packed)
+    Ok((packed, geometry.moved))
 }
 
 /// What comes from infinitely far away.

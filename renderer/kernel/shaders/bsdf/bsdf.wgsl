@@ -277,6 +277,19 @@ fn bsdf_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(coat_eval(b.coat.x, b.coat.y, wo, wi)) + b.under * base;
 }
 
+/// The share of `bsdf_eval` that a diffuse lobe has, by channel; 0 where there is nothing.
+fn bsdf_diffuse(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    if b.kind != MATERIAL_DIFFUSE {
+        return vec3<f32>(0.0);
+    }
+    if !has_coat(b) {
+        return vec3<f32>(1.0);
+    }
+    let base = b.under * diffuse_eval(b, wo, wi);
+    let all = base + vec3<f32>(coat_eval(b.coat.x, b.coat.y, wo, wi));
+    return select(vec3<f32>(0.0), base / all, all > vec3<f32>(0.0));
+}
+
 /// The density with which `bsdf_sample` draws `wi`, a steradian; 0 for delta lobes.
 fn bsdf_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
     let base = base_pdf(b, wo, wi);

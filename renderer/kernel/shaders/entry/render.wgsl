@@ -67,7 +67,30 @@ fn render(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     film[i] = sum;
 }
 
-/// Three values a pixel, as `features_add` sums them.
+/// The same in parts: five values a pixel, as `parts_sum` sums them.
+@compute @workgroup_size(8, 8)
+fn render_parts(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>) {
+    var at = place_of(dispatch, group, groups, local);
+    if at.outside {
+        return;
+    }
+    if dispatch.list != 0u {
+        at.pixel = listed(film[dispatch.list + at.i / 2u], at.i);
+    }
+    let i = 5u * at.i;
+    var sum = PartsSum(film[i], film[i + 1u], film[i + 2u], film[i + 3u], film[i + 4u]);
+    for (var sample = dispatch.first_sample; sample < dispatch.end_sample; sample++) {
+        sum = parts_sum(sum, radiance_parts(at.pixel, sample));
+    }
+    film[i] = sum.light;
+    film[i + 1u] = sum.squares;
+    film[i + 2u] = sum.emission;
+    film[i + 3u] = sum.diffuse;
+    film[i + 4u] = sum.specular;
+}
+
+/// Four values a pixel, as `features_add` sums them.
 @compute @workgroup_size(8, 8)
 fn survey(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>) {
@@ -78,12 +101,13 @@ fn survey(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if dispatch.list != 0u {
         at.pixel = listed(film[dispatch.list + at.i / 2u], at.i);
     }
-    let i = 3u * at.i;
-    var sum = FeatureSum(film[i], film[i + 1u], film[i + 2u]);
+    let i = 4u * at.i;
+    var sum = FeatureSum(film[i], film[i + 1u], film[i + 2u], film[i + 3u]);
     for (var sample = dispatch.first_sample; sample < dispatch.end_sample; sample++) {
         sum = features_add(sum, at.pixel, sample);
     }
     film[i] = sum.albedo;
     film[i + 1u] = sum.normal;
     film[i + 2u] = sum.position;
+    film[i + 3u] = sum.shape;
 }
