@@ -1,7 +1,7 @@
 //! The stage itself: a scene and a shutter give a world.
 
 use glam::DAffine3;
-use kinora_scene::{Animated, Bsdf, Copied, Instance, Lamp, Light, Node, Part, Scene, Shutter, World};
+use kinora_scene::{Animated, Copied, Instance, Lamp, Light, Node, Part, Scene, Shutter, World};
 
 use crate::{
     camera::view,
@@ -166,12 +166,7 @@ fn wearer(scene: &Scene, index: usize) -> String {
     let mut found = vec![false; scene.materials.len()];
     for (at, material) in scene.materials.iter().enumerate() {
         let part = |part: &usize| found.get(*part) == Some(&true);
-        let here = at == index
-            || match &material.bsdf {
-                Bsdf::Glossy { base, .. } => part(base),
-                Bsdf::Mix { a, b, .. } => part(a) || part(b),
-                _ => false,
-            };
+        let here = at == index || material.bsdf.parts().is_some_and(|parts| parts.iter().any(part));
         if let Some(slot) = found.get_mut(at) {
             *slot = here;
         }

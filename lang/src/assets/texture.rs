@@ -4,9 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec2, Vec4};
-use kinora_scene::{
-    Bsdf, Channel, ColorSpace, Image, ImageTexture, Map, Paint, Scene, Shape, Slot, Texels, Texture, UvSet,
-};
+use kinora_scene::{Channel, ColorSpace, Image, ImageTexture, Map, Paint, Scene, Shape, Slot, Texels, Texture, UvSet};
 
 use super::{AssetError, picture};
 use crate::builtin::texture as said;
@@ -169,11 +167,7 @@ fn textured_part(scene: &Scene, material: usize) -> Option<usize> {
         if material.maps.iter().any(needs) {
             return Some(index);
         }
-        match material.bsdf {
-            Bsdf::Mix { a, b, .. } => open.extend([a, b]),
-            Bsdf::Glossy { base, .. } => open.push(base),
-            _ => {}
-        }
+        open.extend(material.bsdf.parts().into_iter().flatten());
     }
     None
 }
