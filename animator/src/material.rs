@@ -67,6 +67,11 @@ pub(crate) fn material(
             roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
             metalness: read.number("metalness", metalness, Range::ZeroToOne)?,
         },
+        Bsdf::Sheen { base, color, roughness } => Bsdf::Sheen {
+            base: inner("base", *base)?,
+            color: read.color("color", color, Range::ZeroToOne)?,
+            roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
+        },
         Bsdf::Mix { a, b, amount } => Bsdf::Mix {
             a: inner("a", *a)?,
             b: inner("b", *b)?,

@@ -2,8 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use kinora_scene::{
-    Animated, Bsdf, Copied, Instance, Lamp, Light, LightKind, Node, Part, Placement, Scene, Shape, Shutter, Still,
-    World,
+    Animated, Copied, Instance, Lamp, Light, LightKind, Node, Part, Placement, Scene, Shape, Shutter, Still, World,
 };
 
 use crate::{
@@ -257,12 +256,7 @@ fn wearer(scene: &Scene, index: usize) -> String {
     let mut found = vec![false; scene.materials.len()];
     for (at, material) in scene.materials.iter().enumerate() {
         let part = |part: &usize| found.get(*part) == Some(&true);
-        let here = at == index
-            || match &material.bsdf {
-                Bsdf::Glossy { base, .. } => part(base),
-                Bsdf::Mix { a, b, .. } => part(a) || part(b),
-                _ => false,
-            };
+        let here = at == index || material.bsdf.parts().is_some_and(|parts| parts.iter().any(part));
         if let Some(slot) = found.get_mut(at) {
             *slot = here;
         }

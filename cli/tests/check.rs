@@ -56,7 +56,8 @@ fn mismatch(schema: &Value, root: &Value, value: &Value, at: &str) -> Option<Str
         }
     }
     let Some(fields) = value.as_object() else { return None };
-    if let Some(name) = schema["required"].as_array()?.iter().find(|name| !fields.contains_key(name.as_str().unwrap())) {
+    if let Some(name) = schema["required"].as_array()?.iter().find(|name| !fields.contains_key(name.as_str().unwrap()))
+    {
         return wrong(format!("complete: no {name}"));
     }
     fields.iter().find_map(|(name, value)| match &schema["properties"][name] {
@@ -180,7 +181,8 @@ let size = 1\nsphere ball { }\n";
 fn levels_of_warnings() {
     let folder = Folder::new();
     folder.write("a.kin", WARNS);
-    let check = |line: &str, code: i32, pieces: &[&str]| run(&folder, &format!("check a.kin {line}"), &[]).check(code, pieces);
+    let check =
+        |line: &str, code: i32, pieces: &[&str]| run(&folder, &format!("check a.kin {line}"), &[]).check(code, pieces);
     check("", 0, &["warning[W0201]", "1 warning"]);
     check("--deny warnings", 1, &["error[W0201]", "1 error"]);
     check("--deny w0201", 1, &["error[W0201]"]);
@@ -308,5 +310,7 @@ fn many_findings() {
     assert_eq!((count(""), count("--max-diagnostics 7"), count("--max-diagnostics 1000")), (50, 7, 72));
     let out = folder.path("found.txt");
     run(&folder, "check a.kin --color always -o found.txt", &[]).check(1, &["checked"]);
-    assert!(std::fs::read_to_string(out).unwrap().starts_with("error[E0301]") || !folder.read("found.txt").contains(&0x1b));
+    assert!(
+        std::fs::read_to_string(out).unwrap().starts_with("error[E0301]") || !folder.read("found.txt").contains(&0x1b)
+    );
 }

@@ -92,9 +92,8 @@ fn cases() {
 
 /// Codes whose examples are no scenes of texts alone: they take a link, a file of many MiB, another encoding, a picture,
 /// the project's file, or a fault of the program.
-const NO_SCENES: &[&str] = &[
-    "E0119", "E0705", "E0711", "E0712", "E0713", "W0714", "E0806", "E0807", "W0809", "W0811", "E1005", "E1007",
-];
+const NO_SCENES: &[&str] =
+    &["E0119", "E0705", "E0711", "E0712", "E0713", "W0714", "E0806", "E0807", "W0809", "W0811", "E1005", "E1007"];
 
 /// What `kinora explain` shows as bad is bad, and what it shows as good is good: this makes the pages about the codes.
 #[test]

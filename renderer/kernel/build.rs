@@ -23,6 +23,7 @@ const SHADERS: &[&str] = &[
     "bsdf/diffuse.wgsl",
     "bsdf/metal.wgsl",
     "bsdf/coat.wgsl",
+    "bsdf/sheen.wgsl",
     "bsdf/dielectric.wgsl",
     "sky.wgsl",
     "light.wgsl",

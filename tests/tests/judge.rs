@@ -179,6 +179,21 @@ const CASES: &[Case] = &[
         tolerance: 2e-3,
     },
     Case {
+        name: "fibres",
+        render: "max_bounces: 6",
+        scene: "
+            camera { position: (0, 0.4, 6), look_at: (0, 0, 0), fov: 22deg }
+            sky { color: linear(0.4, 0.5, 0.6) }
+            quad { position: (-3, 3, 2), normal: (1, -1, 0), size: (4, 4), material: emitter { color: linear(4, 3, 2) } }
+            diffuse clay { color: linear(0.3, 0.1, 0.2) }
+            sphere { position: (-0.8, 0, 0), radius: 0.4, material: sheen { base: clay, roughness: 0.3 } }
+            sphere { position: (0, 0, 0), radius: 0.4, material: sheen { base: glossy { base: clay }, color: linear(0.9, 0.5, 0.3), roughness: 0.7 } }
+            sphere { position: (0.8, 0, 0), radius: 0.4, material: glossy { base: sheen { base: clay, roughness: 1 } } }",
+        regions: THIRDS,
+        paths: 400_000,
+        tolerance: 2e-3,
+    },
+    Case {
         name: "mixtures and holes",
         render: "max_bounces: 6",
         scene: "

@@ -212,6 +212,7 @@ fn surface<R: kinora_scene::Rate>(material: &Material<R>) -> &'static str {
         Bsdf::Metal { .. } => "metal",
         Bsdf::Dielectric { .. } => "dielectric",
         Bsdf::Glossy { .. } => "glossy",
+        Bsdf::Sheen { .. } => "sheen",
         Bsdf::Mix { .. } => "mix",
         Bsdf::Emitter { .. } => "emitter",
     }

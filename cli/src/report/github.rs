@@ -48,10 +48,7 @@ fn command(report: &Report<'_>, found: &Diagnostic) -> String {
         let (start, end) = (source.position(span.start), source.position(span.end));
         // Columns of several lines would be dropped, and the command with them.
         properties += &match start.line == end.line {
-            true => format!(
-                ",line={},col={},endLine={},endColumn={}",
-                start.line, start.column, end.line, end.column
-            ),
+            true => format!(",line={},col={},endLine={},endColumn={}", start.line, start.column, end.line, end.column),
             false => format!(",line={},endLine={}", start.line, end.line),
         };
     }

@@ -87,9 +87,9 @@ fn fingerprint(report: &Report<'_>, found: &Diagnostic) -> String {
     let own = key(found);
     let before = report.found.iter().take_while(|other| !std::ptr::eq(*other, found));
     let same = before.filter(|other| other.code == found.code && key(other) == own).count();
-    let hash = own.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    });
+    let hash = own
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     format!("{hash:016x}:{}", same + 1)
 }
 

@@ -65,17 +65,23 @@ fn result(report: &Report<'_>, found: &Diagnostic, used: &[&str]) -> Value {
     if !related.is_empty() {
         result["relatedLocations"] = related.into();
     }
-    let fixes: Vec<Value> = found.fixes.iter().map(|fix| {
-        let change = |edit: &Edit| json!({
-            "artifactLocation": artifact(report.name(edit.file)),
-            "replacements": [{
-                "deletedRegion": region(report, edit.file, edit.span),
-                "insertedContent": { "text": edit.insert },
-            }],
-        });
-        let changes: Vec<Value> = fix.edits.iter().map(change).collect();
-        json!({ "description": { "text": fix.message }, "artifactChanges": changes })
-    }).collect();
+    let fixes: Vec<Value> = found
+        .fixes
+        .iter()
+        .map(|fix| {
+            let change = |edit: &Edit| {
+                json!({
+                    "artifactLocation": artifact(report.name(edit.file)),
+                    "replacements": [{
+                        "deletedRegion": region(report, edit.file, edit.span),
+                        "insertedContent": { "text": edit.insert },
+                    }],
+                })
+            };
+            let changes: Vec<Value> = fix.edits.iter().map(change).collect();
+            json!({ "description": { "text": fix.message }, "artifactChanges": changes })
+        })
+        .collect();
     if !fixes.is_empty() {
         result["fixes"] = fixes.into();
     }

@@ -534,6 +534,15 @@ pub enum Bsdf<R: Rate> {
         /// 0..=1: mixes in a metal of the base's colour and the coat's roughness.
         metalness: R::Of<f64>,
     },
+    /// Fibres over another material, as of velvet and dust: they are bright at grazing angles.
+    Sheen {
+        /// Index of the material beneath, smaller than its own; its own light passes the fibres.
+        base: usize,
+        /// What the fibres reflect, 0..=1 a channel.
+        color: R::Of<Color>,
+        /// Perceptual, 0 (fibres that stand up straight) ..= 1.
+        roughness: R::Of<f64>,
+    },
     /// Two materials at once.
     Mix {
         /// Index of the first, smaller than its own.
@@ -552,6 +561,17 @@ pub enum Bsdf<R: Rate> {
         /// Whether the inner side shines too.
         two_sided: bool,
     },
+}
+
+impl<R: Rate> Bsdf<R> {
+    /// Indices of the materials that it is made of; twice the same where it is one.
+    pub fn parts(&self) -> Option<[usize; 2]> {
+        match *self {
+            Bsdf::Glossy { base, .. } | Bsdf::Sheen { base, .. } => Some([base; 2]),
+            Bsdf::Mix { a, b, .. } => Some([a, b]),
+            _ => None,
+        }
+    }
 }
 
 impl<R: Rate> From<Bsdf<R>> for Material<R>

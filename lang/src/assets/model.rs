@@ -200,7 +200,7 @@ pub(super) fn add_materials(scene: &mut Scene, materials: &[Material<Animated>])
     for material in materials {
         let mut material = material.clone();
         match &mut material.bsdf {
-            kinora_scene::Bsdf::Glossy { base, .. } => *base += first,
+            kinora_scene::Bsdf::Glossy { base, .. } | kinora_scene::Bsdf::Sheen { base, .. } => *base += first,
             kinora_scene::Bsdf::Mix { a, b, .. } => {
                 *a += first;
                 *b += first;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec4};
 use kinora_scene::{
-    Bsdf, Channel, ColorSpace, Image, ImageTexture, Map, Paint, Point, Scene, Shape, Slot, Texels, Texture, UvSet,
+    Channel, ColorSpace, Image, ImageTexture, Map, Paint, Point, Scene, Shape, Slot, Texels, Texture, UvSet,
 };
 
 use super::{AssetError, picture};
@@ -170,11 +170,7 @@ fn textured_part(scene: &Scene, material: usize) -> Option<usize> {
         if material.maps.iter().any(needs) {
             return Some(index);
         }
-        match material.bsdf {
-            Bsdf::Mix { a, b, .. } => open.extend([a, b]),
-            Bsdf::Glossy { base, .. } => open.push(base),
-            _ => {}
-        }
+        open.extend(material.bsdf.parts().into_iter().flatten());
     }
     None
 }

@@ -57,8 +57,11 @@ impl Allowance<'_> {
     /// W0903.
     fn unused(&self) -> Diagnostic {
         let code = self.source.slice(self.word);
-        let found = Diagnostic::new("W0903", format!("`{code}` is allowed, but does not occur"))
-            .primary(self.source.id, self.word, format!("line {} does not get it", self.line + 1));
+        let found = Diagnostic::new("W0903", format!("`{code}` is allowed, but does not occur")).primary(
+            self.source.id,
+            self.word,
+            format!("line {} does not get it", self.line + 1),
+        );
         match self.alone {
             true => {
                 let start = self.source.line_start(self.source.line_index(self.comment.start));
@@ -158,7 +161,16 @@ mod tests {
     #[test]
     fn allowances_of_a_text() {
         const LEFT: (&str, &str) = ("W0201", "`x` is never used");
-        let unused = |code: &'static str| ("W0903", if code == "W0201" { "`W0201` is allowed, but does not occur" } else { "`W0402` is allowed, but does not occur" });
+        let unused = |code: &'static str| {
+            (
+                "W0903",
+                if code == "W0201" {
+                    "`W0201` is allowed, but does not occur"
+                } else {
+                    "`W0402` is allowed, but does not occur"
+                },
+            )
+        };
         check("// allow(W0201): later\nlet x = 1", Some("x ="), &[]);
         check("  //allow( w0201 )\n\n// more\n  let x = 1", Some("x ="), &[]);
         check("// allow(W0201)\n// allow(W0402)\nlet x = 1", Some("x ="), &[unused("W0402")]);
@@ -169,11 +181,7 @@ mod tests {
         check("/// allow(W0201)\nlet x = 1", Some("x ="), &[LEFT]);
         check("/*\n// allow(W0201)\n*/ let x = 1", Some("x ="), &[LEFT]);
         check("let t = \"// allow(W0201)\"\nlet x = 1", Some("x ="), &[LEFT]);
-        check(
-            "let x = 1 // allow(W0201)",
-            Some("x ="),
-            &[LEFT, ("W0902", "an allowance stands on a line of its own")],
-        );
+        check("let x = 1 // allow(W0201)", Some("x ="), &[LEFT, ("W0902", "an allowance stands on a line of its own")]);
         check("// allow(W0201\nlet x = 1", Some("x ="), &[LEFT, ("W0902", "this `(` is never closed")]);
         check(
             "// allow(W0210)\nlet x = 1",

@@ -78,7 +78,7 @@ impl<'a> Lower<'_, 'a> {
                 ..MadeOf::default()
             },
             Bsdf::Dielectric { thin, .. } => MadeOf { glass: !thin, ..MadeOf::default() },
-            Bsdf::Glossy { base, .. } => {
+            Bsdf::Glossy { base, .. } | Bsdf::Sheen { base, .. } => {
                 let base = part(*base);
                 MadeOf { power: None, layers: base.layers + 1, ..base }
             }
@@ -185,6 +185,11 @@ impl<'a> Lower<'_, 'a> {
                     metalness: read::track(self.machine, node, "metalness"),
                 }
             }
+            "sheen" => Bsdf::Sheen {
+                base: self.inner_material(id, node, "base"),
+                color: read::track(self.machine, node, "color"),
+                roughness: read::track(self.machine, node, "roughness"),
+            },
             "mix" => {
                 let a = self.inner_material(id, node, "a");
                 let b = self.inner_material(id, node, "b");
@@ -330,6 +335,7 @@ pub fn shining(materials: &[Material<Animated>]) -> Vec<bool> {
                 amount != Some(&1.0) && part(*a) || amount != Some(&0.0) && part(*b)
             }
             Bsdf::Glossy { base, metalness, .. } => metalness.constant() != Some(&1.0) && part(*base),
+            Bsdf::Sheen { base, .. } => part(*base),
             _ => false,
         };
         shining.push((shines || material.emission.max_element() > 0.0) && material.opacity.constant() != Some(&0.0));

@@ -116,8 +116,9 @@ fn opaque(materials: &[Material<Animated>]) -> Vec<bool> {
         let solid = match &material.bsdf {
             Bsdf::Diffuse { .. } | Bsdf::Metal { .. } | Bsdf::Emitter { .. } => true,
             Bsdf::Dielectric { .. } => false,
-            Bsdf::Glossy { base, .. } => part(*base),
-            Bsdf::Mix { a, b, .. } => part(*a) && part(*b),
+            Bsdf::Glossy { .. } | Bsdf::Sheen { .. } | Bsdf::Mix { .. } => {
+                material.bsdf.parts().is_some_and(|parts| parts.into_iter().all(part))
+            }
         };
         opaque.push(solid && material.opacity.constant() == Some(&1.0));
     }

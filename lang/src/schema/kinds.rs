@@ -85,6 +85,7 @@ pub static KINDS: &[Kind] = &[
     kind("metal", Sort::Material, &[METAL, MATERIAL], "a GGX conductor"),
     kind("dielectric", Sort::Material, &[DIELECTRIC, MATERIAL], "glass, water"),
     kind("glossy", Sort::Material, &[GLOSSY, MATERIAL], "a GGX coat over a base"),
+    kind("sheen", Sort::Material, &[SHEEN, MATERIAL], "fibres over a base: velvet, dust"),
     kind("emitter", Sort::Material, &[EMITTER, MATERIAL], "light from the outer side of a surface; reflects nothing"),
     kind("sphere", Sort::Shape, &[SPHERE, SHAPE], "all points one radius from its origin"),
     kind("box", Sort::Shape, &[BOX, SHAPE], "a box, centred on its origin"),
@@ -311,6 +312,15 @@ const GLOSSY: &[Property] = &[
     row("ior", NUMBER, Default::Number(1.5), "of the coat").check(Check::Ior),
     row("roughness", NUMBER, Default::Number(0.1), "of the coat").check(Check::Ratio).moving().varying(),
     row("metalness", NUMBER, ZERO, "share of a metal of the base's color").check(Check::Ratio).moving().varying(),
+];
+
+const SHEEN: &[Property] = &[
+    row("base", Type::Node(Sort::Material), Default::Computed, "what is under the fibres"),
+    row("color", Type::Color, ONE, "what the fibres reflect").check(Check::Reflectance).moving().varying(),
+    row("roughness", NUMBER, Default::Number(0.3), "0 shines at the very edge only, 1 is dust")
+        .check(Check::Ratio)
+        .moving()
+        .varying(),
 ];
 
 /// What `mix(a, b, amount: ..)` makes of two materials; no block can be written of it.

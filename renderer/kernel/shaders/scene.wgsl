@@ -16,6 +16,7 @@ const MATERIAL_DIELECTRIC: u32 = 2u;
 const MATERIAL_EMITTER: u32 = 3u;
 const MATERIAL_GLOSSY: u32 = 4u;
 const MATERIAL_MIX: u32 = 5u;
+const MATERIAL_SHEEN: u32 = 6u;
 
 /// Flags of `Material::kind.y`; the low bits of a diffuse one are its model.
 const DIFFUSE_EON: u32 = 0u;
@@ -177,7 +178,7 @@ struct Shape {
 
 /// A node of a material's tree. What is stated for some kinds is unused by the others.
 struct Material {
-    /// diffuse: reflectance, then roughness; metal: reflectance at normal incidence or refractive index, then the
+    /// diffuse: reflectance, then roughness; sheen: the fibres' colour; metal: reflectance at normal incidence or refractive index, then the
     /// cosine of the tangent's turn; emitter: radiance.
     color: vec4<f32>,
     /// metal: the Lazányi term a of F82-tint or extinction, then the sine of the tangent's turn; dielectric: absorption
@@ -186,9 +187,9 @@ struct Material {
     /// metal: tint of light scattered more than once; all: opacity; emitter in a cone: see `beam_share`.
     more: vec4<f32>,
     /// GGX: α along the tangent, α across it, roughness, anisotropy; glossy: α, ior, roughness, metalness; mix: the
-    /// share of the second.
+    /// share of the second; sheen: roughness in z.
     lobe: vec4<f32>,
-    /// MATERIAL_…, flags, then: dielectric: priority (a signed number); glossy: the material beneath, the metal mixed
+    /// MATERIAL_…, flags, then: dielectric: priority (a signed number); sheen: the material beneath; glossy: it too, the metal mixed
     /// in (of one that is an emitter's: the next coat over it) or NONE; mix: the two; emitter: the nearest coat over it or NONE, the shape's next emitter or NONE.
     kind: vec4<u32>,
 }

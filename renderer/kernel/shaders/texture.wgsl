@@ -417,6 +417,9 @@ fn material_on(material: u32, s: Surface) -> Material {
             case MATERIAL_GLOSSY: {
                 m.lobe.x = ggx_widths(m.lobe.z, 0.0).x;
             }
+            case MATERIAL_SHEEN: {
+                m.color = clamp(m.color, vec4<f32>(0.0), vec4<f32>(1.0));
+            }
             default: {
                 m.lobe.x = clamp(m.lobe.x, 0.0, 1.0);
             }

@@ -12,8 +12,8 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::generated::{
     BOUNDARY_COSINES, BOUNDARY_INDICES, BOUNDARY_REACH, BOUNDARY_ROUGHNESSES, BOUNDARY_SIDE, METAL_COSINES,
-    METAL_ROUGHNESSES, MIRROR_ALPHA, STRETCHED_ANISOTROPIES, STRETCHED_COSINES, STRETCHED_ROUGHNESSES, STRETCHED_TURNS,
-    TABLE_ALBEDO, TABLE_BOUNDARY, TABLE_END, TABLE_STRETCHED,
+    METAL_ROUGHNESSES, MIRROR_ALPHA, SHEEN_COSINES, SHEEN_ROUGHNESSES, STRETCHED_ANISOTROPIES, STRETCHED_COSINES,
+    STRETCHED_ROUGHNESSES, STRETCHED_TURNS, TABLE_ALBEDO, TABLE_BOUNDARY, TABLE_END, TABLE_SHEEN, TABLE_STRETCHED,
 };
 use crate::{Kernel, Packed};
 
@@ -103,17 +103,35 @@ fn boundary_entry(k: &Kernel<'_>, i: u32) -> [f64; 2] {
     [part, reflected + refracted]
 }
 
+fn sheen_entry(k: &Kernel<'_>, i: u32) -> f64 {
+    let (c, r) = (i % SHEEN_COSINES, i / SHEEN_COSINES);
+    sheen(k, cosine(c, SHEEN_COSINES, f32::sqrt), node(r, SHEEN_ROUGHNESSES))
+}
+
+/// What white fibres send back of light at cosine `mu`: the mean over directions, which lie closer towards the horizon.
+pub fn sheen(k: &Kernel<'_>, mu: f64, roughness: f64) -> f64 {
+    let wo = direction(mu, 0.0).as_vec3();
+    let points = (0..POINTS).zip(TURNS.iter()).map(|(i, [cos, sin])| {
+        let t = (f64::from(i) + 0.5) / f64::from(POINTS);
+        let (z, step) = (t * t, 2.0 * t);
+        let r = (1.0 - z * z).sqrt();
+        step * f64::from(k.sheen_eval(roughness as f32, wo, DVec3::new(r * cos, r * sin, z).as_vec3()))
+    });
+    TAU * points.sum::<f64>() / f64::from(POINTS)
+}
+
 /// Row `row` of the tables: one entry, or the two of a boundary.
 pub fn row(row: u32) -> Vec<f32> {
-    let metals = TABLE_STRETCHED - TABLE_ALBEDO;
-    let boundaries = TABLE_BOUNDARY - TABLE_ALBEDO;
+    let [metals, stretched, fibres] = [TABLE_STRETCHED, TABLE_SHEEN, TABLE_BOUNDARY].map(|end| end - TABLE_ALBEDO);
     Packed::empty().with_kernel(|k| {
         if row < metals {
             vec![metal_entry(k, row) as f32]
-        } else if row < boundaries {
+        } else if row < stretched {
             vec![stretched_entry(k, row - metals) as f32]
+        } else if row < fibres {
+            vec![sheen_entry(k, row - stretched) as f32]
         } else {
-            boundary_entry(k, row - boundaries).map(|x| x as f32).to_vec()
+            boundary_entry(k, row - fibres).map(|x| x as f32).to_vec()
         }
     })
 }

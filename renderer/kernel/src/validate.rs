@@ -8,9 +8,9 @@ use crate::albedo;
 use crate::generated::{
     FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_LIGHT_TREE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_SKY_MAP,
     FEATURE_TAPE, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_LIST, MAPS_OPACITY, MAPS_SIZE,
-    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MESH_SIZE, Material, NONE, OTHER_INSTANCE, OTHER_TORUS,
-    PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TAPE_LONGEST, TAPE_STEP, TAPE_STEPS,
-    TEXTURE_CHECKER, TEXTURE_KIND, TEXTURE_TAPE, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MATERIAL_SHEEN, MESH_SIZE, Material, NONE, OTHER_INSTANCE,
+    OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TAPE_LONGEST, TAPE_STEP,
+    TAPE_STEPS, TEXTURE_CHECKER, TEXTURE_KIND, TEXTURE_TAPE, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -148,12 +148,13 @@ impl Packed {
     fn validate_material(&self, at: At, material: &Material) -> Result<(), Invalid> {
         let count = self.materials.len();
         let [kind, _, z, w] = material.kind.to_array();
-        at.below("the kind", kind.into(), MATERIAL_MIX as usize + 1)?;
+        at.below("the kind", kind.into(), MATERIAL_SHEEN as usize + 1)?;
         match kind {
             MATERIAL_GLOSSY => {
                 at.below("the material beneath", z.into(), count)?;
                 at.below_or_none("the metal mixed in", w, count)
             }
+            MATERIAL_SHEEN => at.below("the material beneath", z.into(), count),
             MATERIAL_MIX => {
                 at.below("the first part", z.into(), count)?;
                 at.below("the second part", w.into(), count)

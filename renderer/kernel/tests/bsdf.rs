@@ -5,12 +5,13 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{
-    Mean, Random, SphereBins, check_rejects, compensated, diffuse, direction, gauss, glass, glossy, integrate,
+    Mean, Random, SphereBins, check_rejects, compensated, diffuse, direction, fibres, gauss, glass, glossy, integrate,
     measured, metal, number, rows, scene, widths,
 };
 use glam::{DVec3, Vec3, Vec4};
 use kinora_kernel::generated::{
-    Bsdf, COMPENSATE, DELTA_PDF, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, MATERIAL_METAL, MIRROR_ALPHA,
+    Bsdf, COMPENSATE, DELTA_PDF, DIELECTRIC_THIN, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, MATERIAL_METAL,
+    MATERIAL_SHEEN, MIRROR_ALPHA,
 };
 use kinora_kernel::{Kernel, Material, Packed, albedo};
 
@@ -135,8 +136,19 @@ fn coated() -> Vec<Lobe> {
     ]
 }
 
+/// The fibres themselves, as heavy as they are where they are chosen.
+fn cloth() -> Vec<Lobe> {
+    let shines = |name: &str, materials: &[Material]| Lobe { choice: 0.999, ..lobe(name, materials) };
+    vec![
+        shines("fibres", &[fibres(Vec3::ONE, 0.3, 1), lambert()]),
+        shines("coloured fibres", &[fibres(GOLD, 0.6, 1), lambert()]),
+        shines("rough fibres under a coat", &[glossy(1.5, 0.3, 1), fibres(Vec3::ONE, 1.0, 2), lambert()]),
+    ]
+}
+
 fn lobes() -> Vec<Lobe> {
     let mut all = diffuses();
+    all.extend(cloth());
     all.extend(metals());
     for flags in [0, COMPENSATE] {
         all.extend(rough_glass(flags));
@@ -739,4 +751,22 @@ fn metal_fresnel_has_its_colours() {
             assert!(f.min_element() >= 0.0 && f.max_element() <= 1.0, "{f}");
         }
     });
+}
+
+#[test]
+fn fibres_take_from_what_is_beneath_what_they_send_back() {
+    // Over white, fibres and base together send back everything.
+    for (roughness, mu) in [(0.2, 0.9), (0.3, 0.15), (0.5, 0.5), (0.8, 0.05), (1.0, 0.7)] {
+        let packed = scene(&[fibres(Vec3::ONE, roughness, 1), diffuse(1.0, 0.0, DIFFUSE_EON)]);
+        packed.with_kernel(|k| {
+            let own = albedo::sheen(k, mu, roughness.into());
+            let share = f64::from(k.sheen_albedo(mu as f32, roughness));
+            assert!((own - share).abs() < 4e-3, "roughness {roughness}, cosine {mu}: {own} and {share}");
+            let chosen = (0..1000).filter(|i| k.bsdf_at(0, mu as f32, *i as f32 / 1000.0).kind == MATERIAL_SHEEN);
+            assert!(
+                (chosen.count() as f64 / 1000.0 - share.min(1.0)).abs() < 2e-3,
+                "roughness {roughness}, cosine {mu}"
+            );
+        });
+    }
 }

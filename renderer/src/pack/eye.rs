@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::{UVec4, Vec3};
 use kinora_kernel::Packed;
 use kinora_kernel::generated::{
-    DIELECTRIC_THIN, Kernel, MATERIAL_DIELECTRIC, MATERIAL_GLOSSY, MATERIAL_MIX, Material, NONE,
+    DIELECTRIC_THIN, Kernel, MATERIAL_DIELECTRIC, MATERIAL_GLOSSY, MATERIAL_MIX, MATERIAL_SHEEN, Material, NONE,
 };
 
 /// Boundaries of one ray.
@@ -41,7 +41,7 @@ fn medium_of(kernel: &Kernel<'_>, material: u32) -> Option<u32> {
         let record = kernel.materials.get(index as usize)?;
         match record.kind.x {
             MATERIAL_MIX => open.extend([record.kind.w, record.kind.z]),
-            MATERIAL_GLOSSY => open.push(record.kind.z),
+            MATERIAL_GLOSSY | MATERIAL_SHEEN => open.push(record.kind.z),
             _ if is_medium(record) => return Some(index),
             _ => {}
         }

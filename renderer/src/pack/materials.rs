@@ -7,8 +7,9 @@ use glam::{IVec4, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
     CHOICE, COMPENSATE, DIELECTRIC_THIN, DIELECTRIC_TINTED, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_GLOW,
     EMITTER_TWO_SIDED, MAPS_FLAGS, MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC,
-    MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MAX_DEPTH, METAL_SPECTRUM,
-    MIRROR_ALPHA, NONE, SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS, SLOT_ROUGHNESS,
+    MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MATERIAL_SHEEN, MAX_DEPTH,
+    METAL_SPECTRUM, MIRROR_ALPHA, NONE, SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS,
+    SLOT_ROUGHNESS,
 };
 use kinora_kernel::{Material as Packed, Packed as Scene, albedo};
 use kinora_scene::{Bsdf, DiffuseModel, Emission, Map, Material, Reflectance, Slot, Still};
@@ -91,11 +92,7 @@ pub fn pack(materials: &[Material<Still>], textures: &mut Textures) -> Result<Ma
     let mut depths: Vec<u32> = Vec::with_capacity(materials.len());
     for (index, material) in materials.iter().enumerate() {
         let beneath = |i: usize| depths.get(i).copied().unwrap_or(0);
-        let depth = 1 + match material.bsdf {
-            Bsdf::Mix { a, b, .. } => beneath(a).max(beneath(b)),
-            Bsdf::Glossy { base, .. } => beneath(base),
-            _ => 0,
-        };
+        let depth = 1 + material.bsdf.parts().map_or(0, |[a, b]| beneath(a).max(beneath(b)));
         if depth >= MAX_DEPTH {
             return Err(PackError::Materials { limit: MAX_DEPTH as usize });
         }
@@ -123,11 +120,7 @@ impl Packer<'_> {
         self.colors.push(color_of(material, &self.colors));
         self.opacities.push(opacity::of(material, &self.opacities)?);
         let own = self.own_reads(material);
-        let parts = match material.bsdf {
-            Bsdf::Mix { a, b, .. } => self.reads[a].and(self.reads[b]),
-            Bsdf::Glossy { base, .. } => self.reads[base],
-            _ => Reads::default(),
-        };
+        let parts = material.bsdf.parts().map_or(Reads::default(), |[a, b]| self.reads[a].and(self.reads[b]));
         self.reads.push(own.and(parts));
         let mut maps = Maps::default();
         maps[MAPS_LIST as usize] = self.list(&material.maps, slots_of(material))?;
@@ -262,6 +255,12 @@ impl Packer<'_> {
                     ..Packed::default()
                 }
             }
+            &Bsdf::Sheen { base, color, roughness } => Packed {
+                color: color.extend(0.0),
+                lobe: Vec4::new(0.0, 0.0, roughness as f32, 0.0),
+                kind: UVec4::new(MATERIAL_SHEEN, CHOICE, base as u32, 0),
+                ..Packed::default()
+            },
             &Bsdf::Mix { a, b, amount } => {
                 let share = match (self.opacities[a].constant(), self.opacities[b].constant()) {
                     (Some(a), Some(b)) if !mapped => {
@@ -300,7 +299,7 @@ impl Packer<'_> {
         let is_rough = |slot: Slot| slot == Slot::Roughness;
         let rough = has_slot(coat, is_rough);
         match material.bsdf {
-            Bsdf::Glossy { base, .. } => return self.metal_of(base, roughness, coat),
+            Bsdf::Glossy { base, .. } | Bsdf::Sheen { base, .. } => return self.metal_of(base, roughness, coat),
             Bsdf::Mix { a, b, amount } if self.reads[base].textures => {
                 let [a, b] = [self.metal_of(a, roughness, coat)?, self.metal_of(b, roughness, coat)?];
                 let mut maps = Maps::default();
@@ -350,6 +349,7 @@ fn slots_of(material: &Material<Still>) -> &'static [Slot] {
         Bsdf::Metal { .. } => &[Slot::Roughness, Slot::Anisotropy],
         Bsdf::Dielectric { .. } => &[Slot::Color, Slot::Roughness],
         Bsdf::Glossy { .. } => &[Slot::Roughness, Slot::Metalness],
+        Bsdf::Sheen { .. } => &[Slot::Color, Slot::Roughness],
         Bsdf::Mix { .. } => &[Slot::Amount],
         Bsdf::Emitter { .. } => &[],
     }
@@ -408,7 +408,7 @@ fn color_of(material: &Material<Still>, known: &[Vec3]) -> Vec3 {
         Bsdf::Diffuse { color, .. } => *color,
         Bsdf::Metal { reflectance: Reflectance::Tint { color, .. }, .. } => *color,
         Bsdf::Metal { reflectance: Reflectance::Spectrum(spectrum), .. } => spectra::facing(*spectrum),
-        &Bsdf::Glossy { base, .. } => known[base],
+        &Bsdf::Glossy { base, .. } | &Bsdf::Sheen { base, .. } => known[base],
         &Bsdf::Mix { a, b, amount } => known[a].lerp(known[b], amount as f32),
         Bsdf::Dielectric { .. } | Bsdf::Emitter { .. } => Vec3::ZERO,
     }
@@ -480,6 +480,8 @@ pub fn emitters(
                 let rest = if has_slot(&material.maps, |slot| slot == Slot::Metalness) { 1.0 } else { 1.0 - metalness };
                 add(base, coated(), share * rest as f32, met.times(&metal.complement()));
             }
+            // Light passes between the fibres.
+            &Bsdf::Sheen { base, .. } => add(base, coats, share, met),
             _ => {}
         }
         if open.len() + found.len() > MAX_EMITTERS {
@@ -496,12 +498,8 @@ fn shining(materials: &[Material<Still>]) -> Vec<bool> {
         let part = |index: usize| shining.get(index) == Some(&true);
         shining.push(
             material.emission.max_element() > 0.0
-                || match material.bsdf {
-                    Bsdf::Emitter { .. } => true,
-                    Bsdf::Mix { a, b, .. } => part(a) || part(b),
-                    Bsdf::Glossy { base, .. } => part(base),
-                    _ => false,
-                },
+                || matches!(material.bsdf, Bsdf::Emitter { .. })
+                || material.bsdf.parts().is_some_and(|parts| parts.into_iter().any(part)),
         );
     }
     shining

@@ -70,7 +70,7 @@ const MAX_FACTORS: usize = 4_096;
 pub fn of(material: &Material<Still>, known: &[Opacity]) -> Result<Opacity, PackError> {
     let own = Factor::opacity(material);
     let parts = match material.bsdf {
-        Bsdf::Glossy { base, .. } => known[base].clone(),
+        Bsdf::Glossy { base, .. } | Bsdf::Sheen { base, .. } => known[base].clone(),
         Bsdf::Mix { a, b, amount } => {
             let second = Factor::of(amount, &material.maps, Slot::Amount);
             match (known[a].constant(), known[b].constant()) {

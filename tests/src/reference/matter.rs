@@ -20,6 +20,8 @@ pub enum Lobe {
     Nothing,
     /// The coat of a glossy material.
     Coat { alpha: f64, ior: f64 },
+    /// The fibres of the material with this index.
+    Fibres { material: usize },
     /// The material with this index, or the metal of a metallic glossy material.
     Leaf { material: usize, metal: bool },
 }
@@ -29,7 +31,7 @@ pub struct Matter<'w> {
     materials: &'w [Material<Still>],
     /// Of each material that is a metal, or glossy.
     metals: Vec<Option<Metal>>,
-    /// Of each coat, and of each thin sheet.
+    /// Of each coat, each thin sheet, and white fibres.
     whole: Vec<Option<Albedo>>,
     /// What a rough dielectric keeps, by material and relative index.
     kept: HashMap<(usize, u64), Albedo>,
@@ -64,6 +66,19 @@ impl<'w> Matter<'w> {
                 let alpha = DVec2::splat(roughness * roughness);
                 Some(Albedo::new(true, |wo| facets(wo, alpha, |m| both_see(wo, reflect(wo, m), alpha))))
             }
+            Bsdf::Sheen { roughness, .. } => Some(Albedo::new(true, |wo| {
+                let steps = 200;
+                let at = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+                let cosines =
+                    (0..steps).flat_map(|i| (0..steps).map(move |j| (at(i).powi(2), TAU * at(j), 2.0 * at(i))));
+                let sum: f64 = cosines
+                    .map(|(z, phi, step)| {
+                        let r = (1.0 - z * z).sqrt();
+                        step * fibres(roughness, wo, DVec3::new(r * phi.cos(), r * phi.sin(), z))
+                    })
+                    .sum();
+                TAU * sum / f64::from(steps * steps)
+            })),
             _ => None,
         });
         let mut kept = HashMap::new();
@@ -108,6 +123,7 @@ impl<'w> Matter<'w> {
                 Bsdf::Glossy { base, metalness, .. } => {
                     (1.0 - metalness) * (1.0 - self.coat_albedo(material, c.abs())) * self.emitted(*base, c, area)
                 }
+                Bsdf::Sheen { base, .. } => self.emitted(*base, c, area),
                 _ => DVec3::ZERO,
             }
     }
@@ -130,6 +146,14 @@ impl<'w> Matter<'w> {
                         return (Lobe::Coat { alpha: roughness * roughness, ior }, factor);
                     }
                     factor *= 1.0 - self.coat_albedo(at, c);
+                    at = base;
+                }
+                Bsdf::Sheen { base, color, .. } => {
+                    factor *= 2.0;
+                    if rng.next() < 0.5 {
+                        return (Lobe::Fibres { material: at }, factor);
+                    }
+                    factor *= 1.0 - f64::from(color.max_element()) * self.coat_albedo(at, c);
                     at = base;
                 }
                 Bsdf::Metal { .. } => return (Lobe::Leaf { material: at, metal: true }, factor),
@@ -172,6 +196,11 @@ impl<'w> Matter<'w> {
                 let (m, seen) = facet(wo, DVec2::splat(alpha), rng);
                 let wi = reflect(wo, m);
                 Some((wi, DVec3::splat(seen * fresnel(wo.dot(m), ior) * both_see(wo, wi, DVec2::splat(alpha)))))
+            }
+            Lobe::Fibres { material } => {
+                let Bsdf::Sheen { color, roughness, .. } = &self.materials[material].bsdf else { return None };
+                let wi = rng.cosine();
+                Some((wi, color.as_dvec3() * (PI * fibres(*roughness, wo, wi) / wi.z)))
             }
             Lobe::Leaf { material, metal: true } => self.metals[material].as_ref()?.scatter(wo, rng),
             Lobe::Leaf { material, metal: false } => match &self.materials[material].bsdf {
@@ -423,6 +452,23 @@ impl Albedo {
         }
         sum / f64::from(steps * steps)
     }
+}
+
+/// f · cos of white fibres (Estevez and Kulla 2017), α the square of the roughness, as in KHR_materials_sheen.
+fn fibres(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
+    let alpha = roughness.max(0.07).powi(2);
+    let l = |x: f64| {
+        let at = |i: usize| {
+            let (smooth, rough) =
+                ([25.3245, 3.32435, 0.16801, -1.27393, -4.85967], [21.5473, 3.82987, 0.19823, -1.97760, -4.32054]);
+            rough[i] + (1.0 - alpha).powi(2) * (smooth[i] - rough[i])
+        };
+        at(0) / (1.0 + at(1) * x.powf(at(2))) + at(3) * x + at(4)
+    };
+    let lambda = |c: f64| if c < 0.5 { l(c).exp() } else { (2.0 * l(0.5) - l(1.0 - c)).exp() };
+    let h = (wo + wi).normalize();
+    let d = (2.0 + 1.0 / alpha) * (1.0 - h.z * h.z).max(0.0).sqrt().powf(1.0 / alpha) / TAU;
+    d / ((1.0 + lambda(wo.z) + lambda(wi.z)) * 4.0 * wo.z)
 }
 
 /// π f of a diffuse surface.

@@ -218,10 +218,8 @@ impl Materials<'_> {
             let amounts = metallic.iter().map(|map| Map { slot: Slot::Amount, ..map.clone() }).collect();
             stack = self.push(Bsdf::Mix { a: stack, b: metal, amount: metalness.into() }, amounts);
         }
-        if extension(material, "KHR_materials_sheen")
-            .is_some_and(|sheen| numbers::<3>(sheen, "sheenColorFactor").is_some_and(|color| color != [0.0; 3]))
-        {
-            self.warnings.add("KHR_materials_sheen", "the material is without its sheen");
+        if let Some(set) = extension(material, "KHR_materials_sheen") {
+            stack = self.sheen(stack, set, sets)?;
         }
         // A clear coat has normals of its own.
         let normals = self.normals(material.get("normalTexture"), sets)?;
@@ -238,6 +236,23 @@ impl Materials<'_> {
         let Some(texture) = texture else { return Ok(None) };
         let slot = Slot::Normal { strength: factor(texture, "scale", 1.0) };
         self.map(texture, slot, Channel::Color, ColorSpace::Linear, sets)
+    }
+
+    fn sheen(&mut self, base: usize, set: &Value, sets: [usize; 2]) -> Result<usize, Fault> {
+        let color = numbers::<3>(set, "sheenColorFactor").unwrap_or([0.0; 3]);
+        if color == [0.0; 3] {
+            return Ok(base);
+        }
+        let mut maps = Vec::new();
+        if let Some(texture) = set.get("sheenColorTexture") {
+            maps.extend(self.map(texture, Slot::Color, Channel::Color, ColorSpace::Srgb, sets)?);
+        }
+        if let Some(texture) = set.get("sheenRoughnessTexture") {
+            maps.extend(self.map(texture, Slot::Roughness, Channel::A, ColorSpace::Linear, sets)?);
+        }
+        let color = Vec3::from_array(color.map(|part| part as f32)).into();
+        let roughness = factor(set, "sheenRoughnessFactor", 0.0).into();
+        Ok(self.push(Bsdf::Sheen { base, color, roughness }, maps))
     }
 
     fn clearcoat(&mut self, stack: usize, set: &Value, sets: [usize; 2]) -> Result<usize, Fault> {

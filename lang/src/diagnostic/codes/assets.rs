@@ -7,31 +7,39 @@ pub(super) const ROWS: &[Row] = &[
         code: "E0801",
         title: "a file that is not what its name says",
         text: "The file is damaged, cut off, or of another format.",
-        bad: scene!(r#"mesh part { file: "part.txt" }
+        bad: scene!(
+            r#"mesh part { file: "part.txt" }
 // --- part.txt
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
-        good: scene!(r#"mesh part { file: "part.obj" }
+f 1 2 3"#
+        ),
+        good: scene!(
+            r#"mesh part { file: "part.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
+f 1 2 3"#
+        ),
     },
     Row {
         code: "E0802",
         title: "a model that needs an extension",
         text: "The file says that it cannot be shown without an extension of glTF, and this program does not know \
             it. Most often it is compressed: export it again without.",
-        bad: scene!(r#"model robot { file: "robot.gltf" }
+        bad: scene!(
+            r#"model robot { file: "robot.gltf" }
 // --- robot.gltf
 { "asset": { "version": "2.0" }, "extensionsUsed": ["KHR_draco_mesh_compression"],
-  "extensionsRequired": ["KHR_draco_mesh_compression"] }"#),
-        good: scene!(r#"model robot { file: "robot.gltf" }
+  "extensionsRequired": ["KHR_draco_mesh_compression"] }"#
+        ),
+        good: scene!(
+            r#"model robot { file: "robot.gltf" }
 // --- robot.gltf
-{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Arm" }] }"#),
+{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Arm" }] }"#
+        ),
     },
     Row {
         code: "E0803",
@@ -45,23 +53,29 @@ f 1 2 3"#),
         title: "an unknown part of a model",
         text: "The model's file has no node or camera of that name, or several. Nodes are named by their path, or \
             by as much of its end as only one of them has; `kinora inspect MODEL` lists them.",
-        bad: scene!(r#"model robot { file: "robot.gltf" }
+        bad: scene!(
+            r#"model robot { file: "robot.gltf" }
 sphere cup { parent: node(robot, "Hnad") }
 // --- robot.gltf
-{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Hand" }], "scenes": [{ "nodes": [0] }] }"#),
-        good: scene!(r#"model robot { file: "robot.gltf" }
+{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Hand" }], "scenes": [{ "nodes": [0] }] }"#
+        ),
+        good: scene!(
+            r#"model robot { file: "robot.gltf" }
 sphere cup { parent: node(robot, "Hand") }
 // --- robot.gltf
-{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Hand" }], "scenes": [{ "nodes": [0] }] }"#),
+{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Hand" }], "scenes": [{ "nodes": [0] }] }"#
+        ),
     },
     Row {
         code: "E0805",
         title: "a picture that cannot be used",
         text: "The file is damaged, cut off, of a kind that is not supported, or has more texels than fit into \
             memory.",
-        bad: scene!(r#"sphere ball { material: diffuse { color: image("wood.png") } }
+        bad: scene!(
+            r#"sphere ball { material: diffuse { color: image("wood.png") } }
 // --- wood.png
-not a picture"#),
+not a picture"#
+        ),
         good: scene!("sphere ball { material: diffuse { color: checker(#b08050, #805030) } }"),
     },
     Row {
@@ -82,13 +96,16 @@ not a picture"#),
         code: "W0808",
         title: "a texture on a mesh without texture coordinates",
         text: "Every point of the mesh shows the same texel.",
-        bad: scene!(r#"mesh part { file: "part.obj", material: diffuse { color: checker(#b08050, #805030) } }
+        bad: scene!(
+            r#"mesh part { file: "part.obj", material: diffuse { color: checker(#b08050, #805030) } }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
-        good: scene!(r#"mesh part { file: "part.obj", material: diffuse { color: checker(#b08050, #805030) } }
+f 1 2 3"#
+        ),
+        good: scene!(
+            r#"mesh part { file: "part.obj", material: diffuse { color: checker(#b08050, #805030) } }
 // --- part.obj
 v 0 0 0
 v 1 0 0
@@ -96,7 +113,8 @@ v 0 1 0
 vt 0 0
 vt 1 0
 vt 0 1
-f 1/1 2/2 3/3"#),
+f 1/1 2/2 3/3"#
+        ),
     },
     Row {
         code: "W0809",
@@ -109,12 +127,16 @@ f 1/1 2/2 3/3"#),
         code: "W0810",
         title: "a part of a model that is left out",
         text: "The file has something that this version does not show. The rest of the model is complete.",
-        bad: scene!(r#"model robot { file: "robot.gltf" }
+        bad: scene!(
+            r#"model robot { file: "robot.gltf" }
 // --- robot.gltf
-{ "asset": { "version": "2.0" }, "extensionsUsed": ["EXT_x"], "nodes": [{ "name": "Hand" }] }"#),
-        good: scene!(r#"model robot { file: "robot.gltf" }
+{ "asset": { "version": "2.0" }, "extensionsUsed": ["EXT_x"], "nodes": [{ "name": "Hand" }] }"#
+        ),
+        good: scene!(
+            r#"model robot { file: "robot.gltf" }
 // --- robot.gltf
-{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Hand" }] }"#),
+{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Hand" }] }"#
+        ),
     },
     Row {
         code: "W0811",

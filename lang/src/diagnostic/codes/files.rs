@@ -7,25 +7,30 @@ pub(super) const ROWS: &[Row] = &[
         code: "E0701",
         title: "a file does not exist",
         text: "Paths are relative to the scene that names them, or to the project's folder if they begin with `/`.",
-        bad: scene!(r#"mesh part { file: "prat.obj" }
+        bad: scene!(
+            r#"mesh part { file: "prat.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
-        good: scene!(r#"mesh part { file: "part.obj" }
+f 1 2 3"#
+        ),
+        good: scene!(
+            r#"mesh part { file: "part.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
+f 1 2 3"#
+        ),
     },
     Row {
         code: "E0702",
         title: "files that import each other in a circle",
         text: "Imports form a tree: a file that needs itself, through whichever others, has no beginning. Move what \
             both need into a third file.",
-        bad: scene!(r#"import "lib/a.kin" as a
+        bad: scene!(
+            r#"import "lib/a.kin" as a
 sphere ball { material: a.paint }
 // --- lib/a.kin
 lang 1
@@ -35,8 +40,10 @@ diffuse paint like b.base { }
 lang 1
 import "a.kin" as a
 diffuse base { color: #fff }
-diffuse other like a.paint { }"#),
-        good: scene!(r#"import "lib/a.kin" as a
+diffuse other like a.paint { }"#
+        ),
+        good: scene!(
+            r#"import "lib/a.kin" as a
 sphere ball { material: a.paint }
 // --- lib/a.kin
 lang 1
@@ -44,7 +51,8 @@ import "b.kin" as b
 diffuse paint like b.base { }
 // --- lib/b.kin
 lang 1
-diffuse base { color: #fff }"#),
+diffuse base { color: #fff }"#
+        ),
     },
     Row {
         code: "E0703",
@@ -52,12 +60,14 @@ diffuse base { color: #fff }"#),
         text: "A scene may read files in its project only: the nearest folder above it that holds `kinora.toml`, \
             else its own folder.",
         bad: scene!(r#"mesh part { file: "../part.obj" }"#),
-        good: scene!(r#"mesh part { file: "part.obj" }
+        good: scene!(
+            r#"mesh part { file: "part.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
+f 1 2 3"#
+        ),
     },
     Row {
         code: "E0704",
@@ -65,12 +75,14 @@ f 1 2 3"#),
         text: "Absolute paths of the system, addresses of the web, drives and devices are not allowed, so that a \
             scene works the same everywhere. Copy the file into the project.",
         bad: scene!(r#"mesh part { file: "C:/Users/me/part.obj" }"#),
-        good: scene!(r#"mesh part { file: "part.obj" }
+        good: scene!(
+            r#"mesh part { file: "part.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
+f 1 2 3"#
+        ),
     },
     Row {
         code: "E0705",
@@ -99,8 +111,10 @@ backdrop { }"#,
         code: "E0707",
         title: "an import below other items",
         text: "Imports come first, so that a reader sees at once what a file needs.",
-        bad: scene!(r#"sphere ball { material: metals.gold }
-import "std/metals" as metals"#),
+        bad: scene!(
+            r#"sphere ball { material: metals.gold }
+import "std/metals" as metals"#
+        ),
         good: r#"lang 1
 import "std/metals" as metals
 camera main { position: (0, 0, 4) }
@@ -112,18 +126,22 @@ sphere ball { material: metals.gold }"#,
         title: "a file whose name is written in another case",
         text: "Some systems take `Robot.ply` and `robot.ply` for one file, others for two. Written as it is, the \
             name works on all of them.",
-        bad: scene!(r#"mesh part { file: "Part.obj" }
+        bad: scene!(
+            r#"mesh part { file: "Part.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
-        good: scene!(r#"mesh part { file: "part.obj" }
+f 1 2 3"#
+        ),
+        good: scene!(
+            r#"mesh part { file: "part.obj" }
 // --- part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
+f 1 2 3"#
+        ),
     },
     Row {
         code: "E0709",

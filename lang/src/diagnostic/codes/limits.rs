@@ -8,10 +8,14 @@ pub(super) const ROWS: &[Row] = &[
         title: "calls without end",
         text: "A function may call itself, if a condition ends that; and values may depend on values, but not in a \
             chain of thousands.",
-        bad: scene!(r#"fn f(n: int) = f(n + 1)
-sphere ball { radius: f(0) }"#),
-        good: scene!(r#"fn f(n: int) = if n > 3 { 1m } else { f(n + 1) }
-sphere ball { radius: f(0) }"#),
+        bad: scene!(
+            r#"fn f(n: int) = f(n + 1)
+sphere ball { radius: f(0) }"#
+        ),
+        good: scene!(
+            r#"fn f(n: int) = if n > 3 { 1m } else { f(n + 1) }
+sphere ball { radius: f(0) }"#
+        ),
     },
     Row {
         code: "E1002",
@@ -24,12 +28,16 @@ sphere ball { radius: f(0) }"#),
         code: "E1003",
         title: "too many steps",
         text: "An evaluation ends after a fixed number of steps, so that every scene loads in seconds.",
-        bad: scene!(r#"fn f(n: int) = sum([for i in 0..1000: i * n])
+        bad: scene!(
+            r#"fn f(n: int) = sum([for i in 0..1000: i * n])
 let many = [for i in 0..100000: f(i)]
-sphere ball { radius: many[0] }"#),
-        good: scene!(r#"fn f(n: int) = sum([for i in 0..10: i * n])
+sphere ball { radius: many[0] }"#
+        ),
+        good: scene!(
+            r#"fn f(n: int) = sum([for i in 0..10: i * n])
 let many = [for i in 1..10: f(i)]
-sphere ball { radius: many[0] }"#),
+sphere ball { radius: many[0] }"#
+        ),
     },
     Row {
         code: "E1004",

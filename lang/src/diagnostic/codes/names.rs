@@ -15,10 +15,14 @@ pub(super) const ROWS: &[Row] = &[
         title: "a name is never used",
         text: "Perhaps another name was meant where this one was to be used. A name that begins with `_` is never \
             reported.",
-        bad: scene!(r#"let size = 2m
-sphere ball { radius: 1 }"#),
-        good: scene!(r#"let _size = 2m
-sphere ball { radius: 1 }"#),
+        bad: scene!(
+            r#"let size = 2m
+sphere ball { radius: 1 }"#
+        ),
+        good: scene!(
+            r#"let _size = 2m
+sphere ball { radius: 1 }"#
+        ),
     },
     Row {
         code: "E0202",
@@ -31,22 +35,30 @@ sphere ball { radius: 1 }"#),
         code: "W0202",
         title: "a name hides another",
         text: "Inside the block the outer value cannot be reached any more.",
-        bad: scene!(r#"let i = 4
+        bad: scene!(
+            r#"let i = 4
 for i in 0..3 { sphere { position: (i, 0, 0) } }
-box b { size: (i, 1, 1) }"#),
-        good: scene!(r#"let n = 4
+box b { size: (i, 1, 1) }"#
+        ),
+        good: scene!(
+            r#"let n = 4
 for i in 0..3 { sphere { position: (i, 0, 0) } }
-box b { size: (n, 1, 1) }"#),
+box b { size: (n, 1, 1) }"#
+        ),
     },
     Row {
         code: "E0203",
         title: "unknown name",
         text: "Nothing of that name can be seen from here. Names inside a block are not visible outside it.",
-        bad: scene!(r#"metal gold { color: #ffd700 }
+        bad: scene!(
+            r#"metal gold { color: #ffd700 }
 sphere ball { material: golld }
-box b { material: gold }"#),
-        good: scene!(r#"metal gold { color: #ffd700 }
-sphere ball { material: gold }"#),
+box b { material: gold }"#
+        ),
+        good: scene!(
+            r#"metal gold { color: #ffd700 }
+sphere ball { material: gold }"#
+        ),
     },
     Row {
         code: "E0204",
@@ -59,10 +71,14 @@ sphere ball { material: gold }"#),
         code: "E0205",
         title: "a name is declared twice",
         text: "Names in one block are different from each other.",
-        bad: scene!(r#"sphere ball { radius: 1 }
-box ball { size: (1, 1, 1) }"#),
-        good: scene!(r#"sphere ball { radius: 1 }
-box crate { size: (1, 1, 1) }"#),
+        bad: scene!(
+            r#"sphere ball { radius: 1 }
+box ball { size: (1, 1, 1) }"#
+        ),
+        good: scene!(
+            r#"sphere ball { radius: 1 }
+box crate { size: (1, 1, 1) }"#
+        ),
     },
     Row {
         code: "E0206",
@@ -84,19 +100,27 @@ box crate { size: (1, 1, 1) }"#),
         code: "E0208",
         title: "unknown parameter",
         text: "The prefab or function has no parameter of that name.",
-        bad: scene!(r#"prefab pair(index: int) { sphere { position: (index, 0, 0) } }
-pair { indx: 1 , index: 2 }"#),
-        good: scene!(r#"prefab pair(index: int) { sphere { position: (index, 0, 0) } }
-pair { index: 1 }"#),
+        bad: scene!(
+            r#"prefab pair(index: int) { sphere { position: (index, 0, 0) } }
+pair { indx: 1 , index: 2 }"#
+        ),
+        good: scene!(
+            r#"prefab pair(index: int) { sphere { position: (index, 0, 0) } }
+pair { index: 1 }"#
+        ),
     },
     Row {
         code: "E0209",
         title: "a parameter is not given",
         text: "A parameter without a default must be given in every call.",
-        bad: scene!(r#"prefab pair(index: int) { sphere { position: (index, 0, 0) } }
-pair { }"#),
-        good: scene!(r#"prefab pair(index: int = 1) { sphere { position: (index, 0, 0) } }
-pair { }"#),
+        bad: scene!(
+            r#"prefab pair(index: int) { sphere { position: (index, 0, 0) } }
+pair { }"#
+        ),
+        good: scene!(
+            r#"prefab pair(index: int = 1) { sphere { position: (index, 0, 0) } }
+pair { }"#
+        ),
     },
     Row {
         code: "E0210",
@@ -117,38 +141,52 @@ pair { }"#),
         title: "a `let` is used above its line",
         text: "Nodes, prefabs and functions may be used before they are declared; a `let` may not, so that a text \
             reads from top to bottom.",
-        bad: scene!(r#"sphere ball { radius: r }
-let r = 1m"#),
-        good: scene!(r#"let r = 1m
-sphere ball { radius: r }"#),
+        bad: scene!(
+            r#"sphere ball { radius: r }
+let r = 1m"#
+        ),
+        good: scene!(
+            r#"let r = 1m
+sphere ball { radius: r }"#
+        ),
     },
     Row {
         code: "E0213",
         title: "a value depends on itself",
         text: "To compute the value, the value itself would be needed.",
-        bad: scene!(r#"let a = b
+        bad: scene!(
+            r#"let a = b
 let b = a
-sphere ball { radius: a }"#),
-        good: scene!(r#"let b = 1m
+sphere ball { radius: a }"#
+        ),
+        good: scene!(
+            r#"let b = 1m
 let a = b
-sphere ball { radius: a }"#),
+sphere ball { radius: a }"#
+        ),
     },
     Row {
         code: "E0214",
         title: "unknown field",
         text: "Vectors have x y z, colours r g b, nodes their properties.",
-        bad: scene!(r#"let v = (1, 2, 3)
-sphere ball { radius: v.q }"#),
-        good: scene!(r#"let v = (1, 2, 3)
-sphere ball { radius: v.x }"#),
+        bad: scene!(
+            r#"let v = (1, 2, 3)
+sphere ball { radius: v.q }"#
+        ),
+        good: scene!(
+            r#"let v = (1, 2, 3)
+sphere ball { radius: v.x }"#
+        ),
     },
     Row {
         code: "E0215",
         title: "something stands in the wrong place",
         text: "Some kinds and declarations belong to the top level, others inside a shape.",
         bad: scene!("group all { render { samples: 16 } }"),
-        good: scene!(r#"render { samples: 16 }
-group all { sphere { radius: 1 } }"#),
+        good: scene!(
+            r#"render { samples: 16 }
+group all { sphere { radius: 1 } }"#
+        ),
     },
     Row {
         code: "E0216",
@@ -170,9 +208,13 @@ sphere { material: white }"#,
         code: "E0217",
         title: "a name is built in",
         text: "The name already means something, and hiding it would confuse every reader.",
-        bad: scene!(r#"let time = 3s
-sphere ball { radius: time / 3s }"#),
-        good: scene!(r#"let start = 3s
-sphere ball { radius: start / 3s }"#),
+        bad: scene!(
+            r#"let time = 3s
+sphere ball { radius: time / 3s }"#
+        ),
+        good: scene!(
+            r#"let start = 3s
+sphere ball { radius: start / 3s }"#
+        ),
     },
 ];

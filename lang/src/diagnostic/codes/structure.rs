@@ -17,8 +17,10 @@ sphere ball { radius: 1 }"#,
         title: "several cameras and none chosen",
         text: "Say which one takes the picture.",
         bad: scene!("camera side { position: (4, 0, 0) }"),
-        good: scene!(r#"camera side { position: (4, 0, 0) }
-render { camera: side }"#),
+        good: scene!(
+            r#"camera side { position: (4, 0, 0) }
+render { camera: side }"#
+        ),
     },
     Row {
         code: "E0503",
@@ -32,57 +34,81 @@ camera main { position: (0, 0, 4) }"#,
         code: "E0504",
         title: "a prefab contains itself without end",
         text: "It may contain itself, if something ends that.",
-        bad: scene!(r#"prefab tree() { sphere { radius: 1 }  tree { } }
-tree { }"#),
-        good: scene!(r#"prefab tree(depth: int) { sphere { radius: 1 }  if depth > 0 { tree { depth: depth - 1 } } }
-tree { depth: 3 }"#),
+        bad: scene!(
+            r#"prefab tree() { sphere { radius: 1 }  tree { } }
+tree { }"#
+        ),
+        good: scene!(
+            r#"prefab tree(depth: int) { sphere { radius: 1 }  if depth > 0 { tree { depth: depth - 1 } } }
+tree { depth: 3 }"#
+        ),
     },
     Row {
         code: "E0505",
         title: "a node needs itself",
         text: "Two nodes that each move with the other have no place, and two materials that each contain the other \
             are nothing.",
-        bad: scene!(r#"sphere a { parent: b }
-sphere b { parent: a }"#),
-        good: scene!(r#"sphere a { parent: b }
-sphere b { position: (0, 1, 0) }"#),
+        bad: scene!(
+            r#"sphere a { parent: b }
+sphere b { parent: a }"#
+        ),
+        good: scene!(
+            r#"sphere a { parent: b }
+sphere b { position: (0, 1, 0) }"#
+        ),
     },
     Row {
         code: "W0506",
         title: "a light shut in",
         text: "It is inside a closed shape that lets no light out, and the camera is not.",
-        bad: scene!(r#"box case { }
-sphere lamp { radius: 0.1, material: emitter { } }"#),
-        good: scene!(r#"box case { }
-sphere lamp { radius: 0.1, position: (0, 1, 0), material: emitter { } }"#),
+        bad: scene!(
+            r#"box case { }
+sphere lamp { radius: 0.1, material: emitter { } }"#
+        ),
+        good: scene!(
+            r#"box case { }
+sphere lamp { radius: 0.1, position: (0, 1, 0), material: emitter { } }"#
+        ),
     },
     Row {
         code: "E0507",
         title: "a block that may be there only once",
         text: "A scene has one `render` block and one `sky`.",
-        bad: scene!(r#"render { samples: 16 }
+        bad: scene!(
+            r#"render { samples: 16 }
 render { max_bounces: 4 }
-sphere ball { radius: 1 }"#),
-        good: scene!(r#"render { samples: 16, max_bounces: 4 }
-sphere ball { radius: 1 }"#),
+sphere ball { radius: 1 }"#
+        ),
+        good: scene!(
+            r#"render { samples: 16, max_bounces: 4 }
+sphere ball { radius: 1 }"#
+        ),
     },
     Row {
         code: "W0509",
         title: "glass with holes",
         text: "Where an edge belongs to one triangle only there is a way into the mesh that crosses no surface, so \
             that nobody can tell what is inside.",
-        bad: scene!("mesh m { material: dielectric { }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }"),
-        good: scene!("mesh m { material: dielectric { thin: true }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }"),
+        bad: scene!(
+            "mesh m { material: dielectric { }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }"
+        ),
+        good: scene!(
+            "mesh m { material: dielectric { thin: true }, positions: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], indices: [0, 1, 2] }"
+        ),
     },
     Row {
         code: "W0510",
         title: "two flat shapes in one plane",
         text: "Where they overlap, rounding decides at every point which of them is seen.",
-        bad: scene!(r#"diffuse red { color: #f00 }
+        bad: scene!(
+            r#"diffuse red { color: #f00 }
 plane floor { }
-quad mat { material: red }"#),
-        good: scene!(r#"diffuse red { color: #f00 }
+quad mat { material: red }"#
+        ),
+        good: scene!(
+            r#"diffuse red { color: #f00 }
 plane floor { }
-quad mat { material: red, position: (0, 1mm, 0) }"#),
+quad mat { material: red, position: (0, 1mm, 0) }"#
+        ),
     },
 ];

@@ -8,15 +8,19 @@ pub(super) const ROWS: &[Row] = &[
         title: "a `{` is never closed",
         text: "Every `{` needs a `}`. The braces alone show only at the end of the file that one is missing; the \
             indentation is used to say where it was probably meant.",
-        bad: scene!(r#"sphere ball {
+        bad: scene!(
+            r#"sphere ball {
     radius: 1
 
-box crate { size: (1, 2, 1) }"#),
-        good: scene!(r#"sphere ball {
+box crate { size: (1, 2, 1) }"#
+        ),
+        good: scene!(
+            r#"sphere ball {
     radius: 1
 }
 
-box crate { size: (1, 2, 1) }"#),
+box crate { size: (1, 2, 1) }"#
+        ),
     },
     Row {
         code: "E0102",
@@ -30,23 +34,31 @@ box crate { size: (1, 2, 1) }"#),
         code: "E0103",
         title: "a `(` is never closed",
         text: "Every `(` needs a `)` before the block around it ends.",
-        bad: scene!(r#"sphere ball {
+        bad: scene!(
+            r#"sphere ball {
     position: (0, 1, 4
     radius: 1
-}"#),
-        good: scene!(r#"sphere ball {
+}"#
+        ),
+        good: scene!(
+            r#"sphere ball {
     position: (0, 1, 4)
     radius: 1
-}"#),
+}"#
+        ),
     },
     Row {
         code: "E0104",
         title: "a `[` is never closed",
         text: "Every `[` needs a `]`.",
-        bad: scene!(r#"let sizes = [1, 2
-sphere ball { radius: sizes[0] }"#),
-        good: scene!(r#"let sizes = [1, 2]
-sphere ball { radius: sizes[0] }"#),
+        bad: scene!(
+            r#"let sizes = [1, 2
+sphere ball { radius: sizes[0] }"#
+        ),
+        good: scene!(
+            r#"let sizes = [1, 2]
+sphere ball { radius: sizes[0] }"#
+        ),
     },
     Row {
         code: "E0105",
@@ -66,33 +78,45 @@ sphere ball { radius: sizes[0] }"#),
         code: "E0107",
         title: "`let` or `param` lacks its `=`",
         text: "The value of a `let` or `param` comes behind `=`. Behind `:` comes its type, which may be left out.",
-        bad: scene!(r#"let side: 3
-sphere ball { radius: side }"#),
-        good: scene!(r#"let side = 3
-sphere ball { radius: side }"#),
+        bad: scene!(
+            r#"let side: 3
+sphere ball { radius: side }"#
+        ),
+        good: scene!(
+            r#"let side = 3
+sphere ball { radius: side }"#
+        ),
     },
     Row {
         code: "E0108",
         title: "a value is missing",
         text: "Behind `:`, `=`, an operator and some keywords a value is expected. The next line is read as what it \
             seems to be, so the rest of the scene is checked all the same.",
-        bad: scene!(r#"sphere ball {
+        bad: scene!(
+            r#"sphere ball {
     material:
     radius: 1
-}"#),
-        good: scene!(r#"sphere ball {
+}"#
+        ),
+        good: scene!(
+            r#"sphere ball {
     material: diffuse { }
     radius: 1
-}"#),
+}"#
+        ),
     },
     Row {
         code: "E0109",
         title: "a string does not end",
         text: "A string ends on the line where it begins. Line breaks in text are written `\\n`.",
-        bad: scene!(r#"metal gold { spectrum: "Au }
-sphere ball { material: gold }"#),
-        good: scene!(r#"metal gold { spectrum: "Au" }
-sphere ball { material: gold }"#),
+        bad: scene!(
+            r#"metal gold { spectrum: "Au }
+sphere ball { material: gold }"#
+        ),
+        good: scene!(
+            r#"metal gold { spectrum: "Au" }
+sphere ball { material: gold }"#
+        ),
     },
     Row {
         code: "E0110",
@@ -107,18 +131,22 @@ sphere ball { material: gold }"#),
         title: "an escape means nothing",
         text: "In strings, `\\` begins an escape: `\\\"`, `\\\\`, `\\n`, `\\t` or `\\u{1F600}`. Paths are written \
             with `/` on every system.",
-        bad: scene!(r#"mesh part { file: "assets\part.obj" }
+        bad: scene!(
+            r#"mesh part { file: "assets\part.obj" }
 // --- assets/part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
-        good: scene!(r#"mesh part { file: "assets/part.obj" }
+f 1 2 3"#
+        ),
+        good: scene!(
+            r#"mesh part { file: "assets/part.obj" }
 // --- assets/part.obj
 v 0 0 0
 v 1 0 0
 v 0 1 0
-f 1 2 3"#),
+f 1 2 3"#
+        ),
     },
     Row {
         code: "E0112",
@@ -132,10 +160,14 @@ f 1 2 3"#),
         title: "a keyword is used as a name",
         text: "Keywords have a meaning of their own and name nothing: `let fn prefab for in if else import from as \
             param return keys ease after like lang true false`. Before `:` they are ordinary names.",
-        bad: scene!(r#"let for = 1
-sphere ball { radius: 1 }"#),
-        good: scene!(r#"let count = 1
-sphere ball { radius: count }"#),
+        bad: scene!(
+            r#"let for = 1
+sphere ball { radius: 1 }"#
+        ),
+        good: scene!(
+            r#"let count = 1
+sphere ball { radius: count }"#
+        ),
     },
     Row {
         code: "E0114",
@@ -194,37 +226,51 @@ sphere ball { radius: count }"#),
         title: "a character only looks right",
         text: "Word processors and web pages write curly quotes, typographic minus signs and the like. The language \
             knows only the plain ones.",
-        bad: scene!(r#"metal gold { spectrum: “Au” }
-sphere ball { material: gold }"#),
-        good: scene!(r#"metal gold { spectrum: "Au" }
-sphere ball { material: gold }"#),
+        bad: scene!(
+            r#"metal gold { spectrum: “Au” }
+sphere ball { material: gold }"#
+        ),
+        good: scene!(
+            r#"metal gold { spectrum: "Au" }
+sphere ball { material: gold }"#
+        ),
     },
     Row {
         code: "E0122",
         title: "nesting is too deep",
         text: "Brackets may nest 128 levels deep and expressions 512; beyond that nothing could be read by people, \
             and a program would run out of stack. Split the scene: prefabs for nodes, `let` for values.",
-        bad: scene!("sphere ball { radius: ((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1)))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))) }"),
+        bad: scene!(
+            "sphere ball { radius: ((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1)))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))) }"
+        ),
         good: scene!("sphere ball { radius: (1) }"),
     },
     Row {
         code: "E0123",
         title: "`else` is followed by neither `{` nor `if`",
         text: "Another condition is written `else if`, in two words.",
-        bad: scene!(r#"let a = 2
-if a > 3 { sphere ball { radius: 1 } } elseif a > 1 { box crate { } }"#),
-        good: scene!(r#"let a = 2
-if a > 3 { sphere ball { radius: 1 } } else if a > 1 { box crate { } }"#),
+        bad: scene!(
+            r#"let a = 2
+if a > 3 { sphere ball { radius: 1 } } elseif a > 1 { box crate { } }"#
+        ),
+        good: scene!(
+            r#"let a = 2
+if a > 3 { sphere ball { radius: 1 } } else if a > 1 { box crate { } }"#
+        ),
     },
     Row {
         code: "E0124",
         title: "comparisons are chained",
         text: "A comparison gives true or false, which cannot be compared with a number again. Join two comparisons \
             with `&&`.",
-        bad: scene!(r#"let x = 0.5
-sphere ball { visible: 0 < x < 1 }"#),
-        good: scene!(r#"let x = 0.5
-sphere ball { visible: 0 < x && x < 1 }"#),
+        bad: scene!(
+            r#"let x = 0.5
+sphere ball { visible: 0 < x < 1 }"#
+        ),
+        good: scene!(
+            r#"let x = 0.5
+sphere ball { visible: 0 < x && x < 1 }"#
+        ),
     },
     Row {
         code: "E0125",
@@ -244,10 +290,14 @@ sphere ball { visible: 0 < x && x < 1 }"#),
         code: "E0127",
         title: "something stands where it cannot",
         text: "What is there begins no property, node or declaration and continues no value.",
-        bad: scene!(r#"let a = 1 2
-sphere ball { radius: a }"#),
-        good: scene!(r#"let a = 1 * 2
-sphere ball { radius: a }"#),
+        bad: scene!(
+            r#"let a = 1 2
+sphere ball { radius: a }"#
+        ),
+        good: scene!(
+            r#"let a = 1 * 2
+sphere ball { radius: a }"#
+        ),
     },
     Row {
         code: "E0128",

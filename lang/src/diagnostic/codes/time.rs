@@ -56,10 +56,14 @@ pub(super) const ROWS: &[Row] = &[
         code: "E0608",
         title: "a property that cannot be animated",
         text: "It is the same in all frames.",
-        bad: scene!(r#"render { samples: floor(16 + time / 1s) }
-sphere ball { radius: 1 }"#),
-        good: scene!(r#"render { samples: 16 }
-sphere ball { radius: 1 + time / 1s }"#),
+        bad: scene!(
+            r#"render { samples: floor(16 + time / 1s) }
+sphere ball { radius: 1 }"#
+        ),
+        good: scene!(
+            r#"render { samples: 16 }
+sphere ball { radius: 1 + time / 1s }"#
+        ),
     },
     Row {
         code: "E0609",
@@ -73,17 +77,23 @@ sphere ball { radius: 1 + time / 1s }"#),
         title: "frames without a rate",
         text: "`24f` is a time only where the scene says how many frames a second has.",
         bad: scene!("sphere ball { radius: keys { 0s: 1  24f: 2 } }"),
-        good: scene!(r#"render { fps: 24 }
-sphere ball { radius: keys { 0f: 1  24f: 2 } }"#),
+        good: scene!(
+            r#"render { fps: 24 }
+sphere ball { radius: keys { 0f: 1  24f: 2 } }"#
+        ),
     },
     Row {
         code: "W0611",
         title: "a key after the end",
         text: "The animation ends before the key is reached.",
-        bad: scene!(r#"render { duration: 8s }
-sphere ball { radius: keys { 0s: 1  12s: 2 } }"#),
-        good: scene!(r#"render { duration: 12s }
-sphere ball { radius: keys { 0s: 1  12s: 2 } }"#),
+        bad: scene!(
+            r#"render { duration: 8s }
+sphere ball { radius: keys { 0s: 1  12s: 2 } }"#
+        ),
+        good: scene!(
+            r#"render { duration: 12s }
+sphere ball { radius: keys { 0s: 1  12s: 2 } }"#
+        ),
     },
     Row {
         code: "W0612",

@@ -16,9 +16,12 @@ const BOUNDARY_ROUGHNESSES: u32 = 28u;
 const BOUNDARY_INDICES: u32 = 28u;
 /// The largest √((η − 1) / (η + 1)) of the table, an index of 9.5.
 const BOUNDARY_REACH: f32 = 0.9;
+const SHEEN_COSINES: u32 = 32u;
+const SHEEN_ROUGHNESSES: u32 = 24u;
 const TABLE_STRETCHED: u32 = TABLE_ALBEDO + METAL_COSINES * METAL_ROUGHNESSES;
-const TABLE_BOUNDARY: u32 =
+const TABLE_SHEEN: u32 =
     TABLE_STRETCHED + STRETCHED_COSINES * STRETCHED_TURNS * STRETCHED_ROUGHNESSES * STRETCHED_ANISOTROPIES;
+const TABLE_BOUNDARY: u32 = TABLE_SHEEN + SHEEN_COSINES * SHEEN_ROUGHNESSES;
 const BOUNDARY_SIDE: u32 = 2u * BOUNDARY_COSINES * BOUNDARY_ROUGHNESSES * BOUNDARY_INDICES;
 const TABLE_END: u32 = TABLE_BOUNDARY + 2u * BOUNDARY_SIDE;
 
@@ -135,4 +138,12 @@ fn coat_albedo(alpha: f32, roughness: f32, ior: f32, mu: f32) -> f32 {
 /// What a rough boundary sends back or through.
 fn boundary_total(mu: f32, roughness: f32, eta: f32) -> f32 {
     return boundary_albedo(mu, roughness, eta, 1u);
+}
+
+/// What white fibres send back of light at cosine mu.
+fn sheen_albedo(mu: f32, roughness: f32) -> f32 {
+    let c = cell_of(sqrt(mu), SHEEN_COSINES);
+    let r = cell_of(roughness, SHEEN_ROUGHNESSES);
+    let at = TABLE_SHEEN + r.i * SHEEN_COSINES;
+    return mix(table_line(at, c, 1u), table_line(at + SHEEN_COSINES, c, 1u), r.f);
 }

@@ -75,21 +75,34 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
     var coat = vec3<f32>(0.0);
     var under = 1.0;
     var inner = 0.0;
-    let tree = has_material(MATERIAL_MIX) || has_material(MATERIAL_GLOSSY);
+    let tree = has_material(MATERIAL_MIX) || has_material(MATERIAL_GLOSSY) || has_material(MATERIAL_SHEEN);
     for (var depth = 0u; tree && depth < MAX_DEPTH; depth++) {
         let kind = materials[index].kind;
-        if kind.x != MATERIAL_MIX && kind.x != MATERIAL_GLOSSY {
+        if kind.x != MATERIAL_MIX && kind.x != MATERIAL_GLOSSY && kind.x != MATERIAL_SHEEN {
             break;
         }
         var lobe = materials[index].lobe;
+        var fibres = materials[index].color.xyz;
         var split = false;
         if has_textures() {
-            lobe = material_on(index, s).lobe;
+            let here = material_on(index, s);
+            lobe = here.lobe;
+            fibres = here.color.xyz;
             split = (maps_of(index, MAPS_FLAGS) & MAPS_SPLIT) != 0u;
             mapped = turn_normal(index, s, v) || mapped;
         }
         if kind.x == MATERIAL_MIX {
             index = branch(&choice, lobe.x, kind.z, kind.w);
+            continue;
+        }
+        if has_material(MATERIAL_SHEEN) && kind.x == MATERIAL_SHEEN {
+            // The fibres alone as often as light comes back from them, else what they cover.
+            let share = min(max_component(fibres) * sheen_albedo(max((*v).wo.z, MIN_COSINE), lobe.z), 1.0);
+            index = branch(&choice, 1.0 - share, index, kind.z);
+            if index != kind.z {
+                inner = 1.0 / share;
+                break;
+            }
             continue;
         }
         let metal = choice < lobe.w;
@@ -123,9 +136,9 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
         }
     }
     if inner > 0.0 {
-        let white = vec3<f32>(inner);
-        return Bsdf(index, MATERIAL_GLOSSY, 0u, white, white, white, m.lobe.xx, m.lobe.z, 0.0, vec2<f32>(1.0, 0.0),
-            m.lobe.y, coat, under);
+        let color = inner * select(vec3<f32>(1.0), m.color.xyz, m.kind.x == MATERIAL_SHEEN);
+        return Bsdf(index, m.kind.x, 0u, color, color, color, m.lobe.xx, m.lobe.z, 0.0, vec2<f32>(1.0, 0.0), m.lobe.y,
+            coat, under);
     }
     return Bsdf(index, m.kind.x, m.kind.y, m.color.xyz, m.extra.xyz, m.more.xyz, m.lobe.xy, m.lobe.z, m.lobe.w,
         vec2<f32>(m.color.w, m.extra.w), m.extra.w, coat, under);
@@ -135,7 +148,7 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
 
 fn base_is_delta(b: Bsdf) -> bool {
     switch b.kind {
-        case MATERIAL_DIFFUSE: {
+        case MATERIAL_DIFFUSE, MATERIAL_SHEEN: {
             return false;
         }
         case MATERIAL_DIELECTRIC: {
@@ -170,6 +183,12 @@ fn base_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
             }
             return b.color * coat_eval(b.alpha.x, b.eta, wo, wi);
         }
+        case MATERIAL_SHEEN: {
+            if !has_material(MATERIAL_SHEEN) {
+                return vec3<f32>(0.0);
+            }
+            return b.color * sheen_eval(b.roughness, wo, wi);
+        }
         default: {
             return vec3<f32>(0.0);
         }
@@ -198,6 +217,12 @@ fn base_pdf(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
                 return 0.0;
             }
             return coat_pdf(b.alpha.x, wo, wi);
+        }
+        case MATERIAL_SHEEN: {
+            if !has_material(MATERIAL_SHEEN) {
+                return 0.0;
+            }
+            return sheen_pdf(wo, wi);
         }
         default: {
             return 0.0;
@@ -231,6 +256,12 @@ fn base_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
             var s = coat_sample(b.alpha.x, b.eta, wo, u);
             s.weight *= b.color;
             return s;
+        }
+        case MATERIAL_SHEEN: {
+            if !has_material(MATERIAL_SHEEN) {
+                return no_sample();
+            }
+            return sheen_sample(b, wo, u);
         }
         default: {
             return no_sample();
@@ -333,6 +364,9 @@ fn bsdf_colour(b: Bsdf) -> vec3<f32> {
         }
         case MATERIAL_DIELECTRIC, MATERIAL_GLOSSY: {
             base = vec3<f32>(1.0);
+        }
+        case MATERIAL_SHEEN: {
+            base = b.color / max(max_component(b.color), 1e-6);
         }
         default: {}
     }

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3, UVec4, Vec2, Vec3, Vec4};
 use kinora_kernel::generated::{
-    CHOICE, COMPENSATE, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_GLOSSY, MATERIAL_METAL, METAL_SPECTRUM,
-    MIRROR_ALPHA, NONE, PRIMITIVE_SPHERE,
+    CHOICE, COMPENSATE, MATERIAL_DIELECTRIC, MATERIAL_DIFFUSE, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_SHEEN,
+    METAL_SPECTRUM, MIRROR_ALPHA, NONE, PRIMITIVE_SPHERE,
 };
 use kinora_kernel::{Material, Packed, Primitive, Shape, albedo};
 
@@ -161,6 +161,17 @@ pub fn glossy(ior: f32, roughness: f32, base: u32) -> Material {
         more: Vec4::W,
         lobe: Vec4::new(widths(roughness, 0.0).x, ior, roughness, 0.0),
         kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base, base),
+        ..Material::default()
+    }
+}
+
+/// Fibres over the material of that index.
+pub fn fibres(color: Vec3, roughness: f32, base: u32) -> Material {
+    Material {
+        color: color.extend(0.0),
+        more: Vec4::W,
+        lobe: Vec4::new(0.0, 0.0, roughness, 0.0),
+        kind: UVec4::new(MATERIAL_SHEEN, CHOICE, base, 0),
         ..Material::default()
     }
 }
