@@ -55,7 +55,7 @@ fn mismatch(schema: &Value, root: &Value, value: &Value, at: &str) -> Option<Str
             return Some(wrong);
         }
     }
-    let Some(fields) = value.as_object() else { return None };
+    let fields = value.as_object()?;
     if let Some(name) = schema["required"].as_array()?.iter().find(|name| !fields.contains_key(name.as_str().unwrap()))
     {
         return wrong(format!("complete: no {name}"));
