@@ -10,6 +10,7 @@ pub const FILES: &[(&str, &str)] = &[
     ("std/cornell", include_str!("../std/cornell.kin")),
     ("std/glass", include_str!("../std/glass.kin")),
     ("std/metals", include_str!("../std/metals.kin")),
+    ("std/shapes", include_str!("../std/shapes.kin")),
     ("std/studio", include_str!("../std/studio.kin")),
 ];
 

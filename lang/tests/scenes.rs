@@ -220,18 +220,6 @@ fn samples_of_the_language() {
     }
 }
 
-/// The page that teaches the language makes no mistakes.
-#[test]
-fn examples_of_the_documentation() {
-    let page = include_str!("../../docs/language.md").replace("\r\n", "\n");
-    let examples: Vec<&str> =
-        page.split("```kin\n").skip(1).filter_map(|rest| rest.split_once("```").map(|found| found.0)).collect();
-    assert!(examples.len() >= 6);
-    for example in examples {
-        assert_eq!(errors(example, &Overrides::default()), [], "{example}");
-    }
-}
-
 #[test]
 fn evaluation_is_deterministic() {
     let text = format!(

@@ -55,12 +55,20 @@ pub fn world(text: &str) -> kinora_scene::World {
 /// # Panics
 /// The text has a mistake.
 pub fn world_with(text: &str, files: &kinora_lang::files::Memory) -> kinora_scene::World {
+    world_at(text, files, 0)
+}
+
+/// As [`world_with`], of a frame.
+///
+/// # Panics
+/// The text has a mistake.
+pub fn world_at(text: &str, files: &kinora_lang::files::Memory, frame: i64) -> kinora_scene::World {
     use kinora_lang::source::{FileId, Source};
     let source = Source::new(FileId(0), "test.kin", text);
     match kinora_lang::eval(&kinora_lang::parse(&source), files, &Default::default()) {
         Ok(evaluated) if evaluated.warnings.is_empty() => {
-            let shutter = evaluated.scene.clock.shutter_of(0);
-            kinora_animator::sample(&evaluated.scene, shutter).expect("the scene has a world at 0 s")
+            let shutter = evaluated.scene.clock.shutter_of(frame);
+            kinora_animator::sample(&evaluated.scene, shutter).expect("the frame has a world")
         }
         Ok(evaluated) => panic!("{text}\n{:?}", evaluated.warnings),
         Err(found) => panic!("{text}\n{found:?}"),

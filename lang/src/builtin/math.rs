@@ -4,7 +4,7 @@ use kinora_scene::{Binary, Unary};
 
 use super::{Call, one_dimension};
 use crate::dimension::Dimension;
-use crate::eval::expr::common;
+use crate::eval::expr::{common, met};
 use crate::eval::graph::{Graph, Scalar};
 use crate::source::Span;
 use crate::value::{Number, Value};
@@ -21,8 +21,16 @@ macro_rules! try_arg {
 pub(super) use try_arg;
 
 pub(super) fn abs(call: &mut Call<'_>) -> Value {
-    let x = try_arg!(call.number(0));
-    Value::Number(Number { value: call.graph.unary(Unary::Abs, x.value), ..x })
+    let value = try_arg!(call.value(0));
+    let mut one = |x: Number| Value::Number(Number { value: call.graph.unary(Unary::Abs, x.value), ..x });
+    match (&value, value.numbers()) {
+        (Value::Number(x), _) => one(*x),
+        (_, Some(parts)) => Value::Tuple(parts.into_iter().map(one).collect()),
+        _ => {
+            call.needs("a number or a vector", &value, call.place(0));
+            Value::Error
+        }
+    }
 }
 
 pub(super) fn sign(call: &mut Call<'_>) -> Value {
@@ -45,6 +53,11 @@ pub(super) fn ceil(call: &mut Call<'_>) -> Value {
 
 pub(super) fn round(call: &mut Call<'_>) -> Value {
     to_whole(call, Unary::Round)
+}
+
+pub(super) fn fract(call: &mut Call<'_>) -> Value {
+    let x = try_arg!(call.plain(0));
+    Value::number(call.graph.binary(Binary::Mod, x, 1.0.into()))
 }
 
 /// Two numbers of one dimension.
@@ -174,51 +187,53 @@ fn items(call: &mut Call<'_>) -> Option<Vec<(Value, Span)>> {
     Some(list)
 }
 
-fn extreme(call: &mut Call<'_>, op: Binary) -> Value {
-    let mut best: Option<Number> = None;
+/// The arguments, or the items of a list, taken together two at a time, place by place.
+fn fold(call: &mut Call<'_>, op: Binary, what: &str) -> Value {
+    let mut total: Option<Value> = None;
     for (value, span) in try_arg!(items(call)) {
-        let Value::Number(number) = value else {
-            call.needs("numbers", &value, span);
+        let next = match &total {
+            None => together(call.graph, op, &value, &value).map(|_| value.clone()),
+            Some(total) => together(call.graph, op, total, &value),
+        };
+        let Some(next) = next else {
+            let what = match &total {
+                Some(Value::Number(before)) if matches!(value, Value::Number(_)) => before.dimension.with_article(),
+                _ => what.into(),
+            };
+            call.needs(&what, &value, span);
             return Value::Error;
         };
-        best = Some(match best {
-            None => number,
-            Some(before) => match common(&before, &number) {
-                Some(dimension) => Number {
-                    value: call.graph.binary(op, before.value, number.value),
-                    dimension,
-                    int: before.int && number.int,
-                },
-                None => {
-                    call.needs(&before.dimension.with_article(), &value, span);
-                    return Value::Error;
-                }
-            },
-        });
+        total = Some(next);
     }
-    best.map_or(Value::Error, Value::Number)
+    total.unwrap_or(Value::Error)
 }
 
-pub(super) fn min(call: &mut Call<'_>) -> Value {
-    extreme(call, Binary::Min)
-}
-
-pub(super) fn max(call: &mut Call<'_>) -> Value {
-    extreme(call, Binary::Max)
-}
-
-fn add(graph: &mut Graph, a: &Value, b: &Value) -> Option<Value> {
+/// `None` where the two are not of one type.
+fn together(graph: &mut Graph, op: Binary, a: &Value, b: &Value) -> Option<Value> {
     match (a, b) {
         (Value::Number(x), Value::Number(y)) => {
             let dimension = common(x, y)?;
-            Some(Value::Number(Number { value: graph.add(x.value, y.value), dimension, int: x.int && y.int }))
+            let value = graph.binary(op, x.value, y.value);
+            Some(Value::Number(Number { value, dimension, int: x.int && y.int }))
         }
         (Value::Tuple(x), Value::Tuple(y)) if x.len() == y.len() => {
-            let items: Option<Vec<Value>> = x.iter().zip(y.iter()).map(|(x, y)| add(graph, x, y)).collect();
+            let items: Option<Vec<Value>> =
+                x.iter().zip(y.iter()).map(|(x, y)| together(graph, op, &met(x, y), &met(y, x))).collect();
             Some(Value::Tuple(items?.into()))
+        }
+        (Value::Color(x), Value::Color(y)) if op == Binary::Add => {
+            Some(Value::Color([0, 1, 2].map(|i| graph.add(x[i], y[i]))))
         }
         _ => None,
     }
+}
+
+pub(super) fn min(call: &mut Call<'_>) -> Value {
+    fold(call, Binary::Min, "numbers or vectors")
+}
+
+pub(super) fn max(call: &mut Call<'_>) -> Value {
+    fold(call, Binary::Max, "numbers or vectors")
 }
 
 pub(super) fn sum(call: &mut Call<'_>) -> Value {
@@ -227,23 +242,7 @@ pub(super) fn sum(call: &mut Call<'_>) -> Value {
     {
         return Value::Number(Number::int(0.0));
     }
-    let items = try_arg!(items(call));
-    let mut total: Option<Value> = None;
-    for (value, span) in items {
-        let next = match &total {
-            None if matches!(value, Value::Number(_) | Value::Tuple(_)) => Some(value.clone()),
-            None => None,
-            Some(total) => add(call.graph, total, &value),
-        };
-        match next {
-            Some(next) => total = Some(next),
-            None => {
-                call.needs("numbers or vectors of one dimension", &value, span);
-                return Value::Error;
-            }
-        }
-    }
-    total.unwrap_or(Value::Error)
+    fold(call, Binary::Add, "numbers, vectors or colours")
 }
 
 pub(super) fn count(call: &mut Call<'_>) -> Value {
@@ -282,7 +281,8 @@ fn blend(graph: &mut Graph, a: &Value, b: &Value, t: Scalar) -> Option<Value> {
         (Value::Number(x), Value::Number(y)) => Some(Value::quantity(one(x.value, y.value), common(x, y)?)),
         (Value::Color(x), Value::Color(y)) => Some(Value::Color([0, 1, 2].map(|i| one(x[i], y[i])))),
         (Value::Tuple(x), Value::Tuple(y)) if x.len() == y.len() => {
-            let items: Option<Vec<Value>> = x.iter().zip(y.iter()).map(|(x, y)| blend(graph, x, y, t)).collect();
+            let items: Option<Vec<Value>> =
+                x.iter().zip(y.iter()).map(|(x, y)| blend(graph, &met(x, y), &met(y, x), t)).collect();
             Some(Value::Tuple(items?.into()))
         }
         _ => None,

@@ -27,11 +27,27 @@ use crate::schema::Choice;
 use crate::source::{FileId, Span};
 use crate::value::{Number, Value};
 
+/// What a function is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Topic {
+    Number,
+    List,
+    Vector,
+    Rotation,
+    Color,
+    Random,
+    Texture,
+    Node,
+}
+
 /// A parameter of a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Param {
     /// As written in `name: value`.
     pub name: &'static str,
+    /// What it takes: types of the language, or words like "vector".
+    pub takes: &'static str,
     /// Whether it may be left out.
     pub optional: bool,
     /// The words that it takes instead of a value, if any.
@@ -40,12 +56,16 @@ pub struct Param {
 
 /// A built-in function.
 pub struct Builtin {
+    /// What it is about.
+    pub topic: Topic,
     /// As written.
     pub name: &'static str,
     /// Its parameters, in order.
     pub params: &'static [Param],
-    /// Whether it takes any number of plain arguments; `params` are then given by name.
-    pub rest: bool,
+    /// What it takes any number of, if it does; `params` are then given by name.
+    pub rest: Option<&'static str>,
+    /// The type of the result.
+    pub gives: &'static str,
     /// What it computes.
     pub run: fn(&mut Call<'_>) -> Value,
     /// One line.
@@ -55,16 +75,16 @@ pub struct Builtin {
 impl Builtin {
     /// How many of the parameters are given by place.
     pub fn fixed(&self) -> usize {
-        if self.rest { 0 } else { self.params.len() }
+        if self.rest.is_some() { 0 } else { self.params.len() }
     }
 
     /// `clamp(x, low, high)`
     pub fn signature(&self) -> String {
         let mut parts: Vec<String> = Vec::new();
-        if self.rest {
+        if self.rest.is_some() {
             parts.push("..".into());
         }
-        parts.extend(self.params.iter().map(|param| match (param.optional, self.rest) {
+        parts.extend(self.params.iter().map(|param| match (param.optional, self.rest.is_some()) {
             (true, _) => format!("{}: ..", param.name),
             (false, _) => param.name.to_string(),
         }));
@@ -186,10 +206,12 @@ impl<'c> Call<'c> {
         self.quantity(index, Dimension::NONE)
     }
 
-    /// A number of this dimension.
+    /// A number of this dimension; a bare one is metres.
     fn quantity(&mut self, index: usize, dimension: Dimension) -> Option<Scalar> {
+        let metres = dimension == Dimension::LENGTH;
         match self.value(index)? {
             Value::Number(number) if number.dimension == dimension || number.is_bare_zero() => Some(number.value),
+            Value::Number(number) if metres && number.dimension.is_none() => Some(number.value),
             other => {
                 let what = if dimension.is_none() { "a plain number".into() } else { dimension.with_article() };
                 self.needs(&what, &other, self.place(index));

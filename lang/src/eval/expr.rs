@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dimension::{self, Dimension};
 use crate::eval::graph::Scalar;
 use crate::eval::limits;
-use crate::eval::machine::Machine;
+use crate::eval::machine::{Given, Machine};
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
 use crate::schema::{self, Choice};
 use crate::source::Span;
@@ -23,6 +23,16 @@ pub type Words = &'static [Choice];
 
 /// A scope, shared.
 pub type Env<'a> = Rc<Scope<'a>>;
+
+/// A value given to a parameter.
+pub struct Argument<'a> {
+    /// The value.
+    pub value: Value,
+    /// What is written for it; nothing where a node is `like` another.
+    pub expr: Option<&'a Expr>,
+    /// Where.
+    pub span: Span,
+}
 
 impl<'a> Machine<'a> {
     /// The value of an expression.
@@ -156,10 +166,13 @@ impl<'a> Machine<'a> {
             LetState::Waiting => {
                 *cell.state.borrow_mut() = LetState::Running;
                 self.pending.push((text, span));
-                let mut value = self.expr(cell.value, scope, &[]);
-                if let Some(ty) = cell.ty {
-                    value = self.convert(value, ty, cell.value.span);
-                }
+                let value = self.rooted(cell.value, scope, |machine| {
+                    let value = machine.expr(cell.value, scope, &[]);
+                    match cell.ty {
+                        Some(ty) => machine.convert(value, ty, cell.value.span),
+                        None => value,
+                    }
+                });
                 self.pending.pop();
                 *cell.state.borrow_mut() = LetState::Done(value.clone());
                 value
@@ -210,7 +223,7 @@ impl<'a> Machine<'a> {
                 return self.error(diagnostic);
             }
         }
-        value
+        in_metres(value)
     }
 
     fn list(&mut self, items: &'a [Expr], env: &Env<'a>) -> Value {
@@ -300,8 +313,11 @@ impl<'a> Machine<'a> {
 
     /// The value of a condition as a number, if it is one.
     pub fn condition(&mut self, expr: &'a Expr, env: &Env<'a>) -> Option<Scalar> {
-        let value = self.plain(expr, env);
-        match value {
+        self.rooted(expr, env, |machine| machine.truth(expr, env))
+    }
+
+    fn truth(&mut self, expr: &'a Expr, env: &Env<'a>) -> Option<Scalar> {
+        match self.plain(expr, env) {
             Value::Bool(scalar) => Some(scalar),
             Value::Error => None,
             value => {
@@ -382,7 +398,7 @@ impl<'a> Machine<'a> {
             (Value::Turn(a), Value::Turn(b)) => Value::Turn([0, 1, 2, 3].map(|i| graph.select(condition, a[i], b[i]))),
             (Value::Tuple(a), Value::Tuple(b)) if a.len() == b.len() => {
                 let items: Option<Vec<Value>> =
-                    a.iter().zip(b.iter()).map(|(a, b)| self.select(condition, a, b)).collect();
+                    a.iter().zip(b.iter()).map(|(a, b)| self.select(condition, &met(a, b), &met(b, a))).collect();
                 Value::Tuple(items?.into())
             }
             _ => return None,
@@ -511,7 +527,7 @@ impl<'a> Machine<'a> {
         for (i, arg) in args.iter().enumerate() {
             let at = match &arg.name {
                 Some(name) => function.params.iter().position(|param| param.name == &*name.text),
-                None if i < function.params.len() && !(function.rest && i >= function.fixed()) => Some(i),
+                None if i < function.params.len() && !(function.rest.is_some() && i >= function.fixed()) => Some(i),
                 None => None,
             };
             let words = at.and_then(|at| function.params.get(at)).map_or(&[][..], |param| param.words);
@@ -567,8 +583,8 @@ impl<'a> Machine<'a> {
         if self.endless.contains(&decl.head) {
             return Value::Error;
         }
-        let given: Vec<Option<(Value, Span)>> = self.arguments(&decl.params, args, env);
-        let Some((inner, values)) = self.bind(&decl.params, given, scope) else { return Value::Error };
+        let given = self.arguments(&decl.params, args, env);
+        let Some((inner, given)) = self.bind(&decl.params, given, scope, env) else { return Value::Error };
         if self.calls >= limits::CALLS {
             self.endless.insert(decl.head);
             let diagnostic =
@@ -579,9 +595,9 @@ impl<'a> Machine<'a> {
             return self.error(diagnostic);
         }
         self.calls += 1;
-        let result = self.traced(format!("`{name}`"), span, values, |machine| match &decl.body {
+        let result = self.traced(format!("`{name}`"), span, given, env, |machine| match &decl.body {
             ast::FnBody::Missing => Value::Error,
-            ast::FnBody::Value(value) => machine.expr(value, &inner, &[]),
+            ast::FnBody::Value(value) => machine.rooted(value, &inner, |machine| machine.expr(value, &inner, &[])),
             ast::FnBody::Block(block) => match machine.run_function(&block.items, &inner) {
                 Some(value) => value,
                 None => {
@@ -604,8 +620,8 @@ impl<'a> Machine<'a> {
         formals: &'a [ast::Formal],
         args: &'a [ast::Arg],
         env: &Env<'a>,
-    ) -> Vec<Option<(Value, Span)>> {
-        let mut given = vec![None; formals.len()];
+    ) -> Vec<Option<Argument<'a>>> {
+        let mut given: Vec<Option<Argument<'a>>> = formals.iter().map(|_| None).collect();
         for (i, arg) in args.iter().enumerate() {
             let at = match &arg.name {
                 Some(name) => formals.iter().position(|formal| formal.name.text == name.text),
@@ -613,35 +629,42 @@ impl<'a> Machine<'a> {
             };
             let value = self.expr(&arg.value, env, &[]);
             if let Some(slot) = at.and_then(|at| given.get_mut(at)) {
-                *slot = Some((value, arg.value.span));
+                *slot = Some(Argument { value, expr: Some(&arg.value), span: arg.value.span });
             }
         }
         given
     }
 
-    /// A scope with the parameters in it; `None` where one is missing (the resolver reports that).
+    /// A scope with the parameters in it, given from `env`; `None` where one is missing (the resolver reports that).
     pub fn bind(
         &mut self,
         formals: &'a [ast::Formal],
-        given: Vec<Option<(Value, Span)>>,
+        given: Vec<Option<Argument<'a>>>,
         scope: &Env<'a>,
-    ) -> Option<(Env<'a>, Vec<(String, Value)>)> {
+        env: &Env<'a>,
+    ) -> Option<(Env<'a>, Vec<Given<'a>>)> {
         let inner = Scope::of_turn(scope);
-        let mut values = Vec::new();
+        let mut named = Vec::with_capacity(formals.len());
         for (formal, given) in formals.iter().zip(given) {
-            let (value, span) = match (given, &formal.default) {
-                (Some(given), _) => given,
-                (None, Some(default)) => (self.expr(default, &inner, &[]), default.span),
+            let (given, env) = match (given, &formal.default) {
+                (Some(given), _) => (given, env),
+                (None, Some(default)) => {
+                    let value = self.rooted(default, &inner, |machine| machine.expr(default, &inner, &[]));
+                    (Argument { value, expr: Some(default), span: default.span }, &inner)
+                }
                 (None, None) => return None,
             };
-            let value = match &formal.ty {
-                Some(ty) => self.convert(value, ty, span),
-                None => value,
+            let Argument { value, expr, span } = given;
+            let value = match (&formal.ty, expr) {
+                (Some(ty), Some(expr)) => self.rooted(expr, env, |machine| machine.convert(value, ty, span)),
+                (Some(ty), None) => self.convert(value, ty, span),
+                (None, _) => value,
             };
-            values.push((formal.name.text.to_string(), value.clone()));
-            inner.declare(&formal.name.text, Binding::Value(value));
+            let name = &*formal.name.text;
+            named.push(Given { name, value: value.clone(), expr: expr.filter(|_| !Rc::ptr_eq(env, &inner)) });
+            inner.declare(name, Binding::Value(value));
         }
-        Some((inner, values))
+        Some((inner, named))
     }
 
     fn field(&mut self, value: Value, span: Span, name: &'a ast::Name) -> Value {
@@ -902,10 +925,26 @@ impl<'a> Machine<'a> {
             BinaryOp::Range => format!("a range cannot run from {a} to {b}"),
             _ => format!("cannot compare {a} and {b}"),
         };
-        Diagnostic::new("E0303", verb)
+        let diagnostic = Diagnostic::new("E0303", verb)
             .primary(self.file(), op_span, "")
             .label(self.file(), left.1, format!("this is {a}"))
-            .label(self.file(), right.1, format!("this is {b}"))
+            .label(self.file(), right.1, format!("this is {b}"));
+        let sums = matches!(op, BinaryOp::Add | BinaryOp::Sub) || op.is_comparison();
+        match (&left.0, &right.0) {
+            (Value::Number(x), Value::Number(y)) if sums && x.dimension.is_none() != y.dimension.is_none() => {
+                let (plain, unit) = match x.dimension.is_none() {
+                    true => (left.1, y.dimension.unit()),
+                    false => (right.1, x.dimension.unit()),
+                };
+                let unit = if unit == "rad" { "deg".into() } else { unit };
+                let text = short_text(self.text(plain));
+                match text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.') {
+                    true => diagnostic.help(format!("write `{text}{unit}`")),
+                    false => diagnostic.help(format!("multiply `{text}` by `1{unit}`")),
+                }
+            }
+            _ => diagnostic,
+        }
     }
 
     /// Whether two values are equal; `None` if they cannot be compared.
@@ -933,7 +972,7 @@ impl<'a> Machine<'a> {
                 }
                 let mut all = Scalar::Const(1.0);
                 for (x, y) in x.iter().zip(y.iter()) {
-                    let one = self.equal(x, y)?;
+                    let one = self.equal(&met(x, y), &met(y, x))?;
                     all = self.graph.binary(Binary::And, all, one);
                 }
                 Some(all)
@@ -969,7 +1008,10 @@ impl<'a> Machine<'a> {
                 if x.len() != y.len() {
                     return Ok(None);
                 }
-                let pairs: Vec<_> = x.into_iter().zip(y).collect();
+                let pairs: Vec<_> = match op {
+                    BinaryOp::Add | BinaryOp::Sub => x.into_iter().zip(y).map(|(x, y)| meet(x, y)).collect(),
+                    _ => x.into_iter().zip(y).collect(),
+                };
                 self.componentwise(scalar_op, op_span, &pairs, right.1, span)
             }
             (Value::Tuple(_), Value::Number(y)) if matches!(op, BinaryOp::Mul | BinaryOp::Div) => {
@@ -1093,12 +1135,39 @@ pub fn common(a: &Number, b: &Number) -> Option<Dimension> {
     }
 }
 
+/// Components of two vectors that are put together: a bare one is in metres where the other is a length.
+pub fn meet(a: Number, b: Number) -> (Number, Number) {
+    let metres = |number: Number, beside: Number| match number.dimension.is_none() && !number.is_bare_zero() {
+        true if beside.dimension == Dimension::LENGTH => Number { dimension: Dimension::LENGTH, int: false, ..number },
+        _ => number,
+    };
+    (metres(a, b), metres(b, a))
+}
+
+/// The component `a` beside `b`, as by [`meet`].
+pub fn met(a: &Value, b: &Value) -> Value {
+    match (a, b) {
+        (Value::Number(x), Value::Number(y)) => Value::Number(meet(*x, *y).0),
+        _ => a.clone(),
+    }
+}
+
+/// The components of a vector: bare ones are in metres where one of them is a length.
+fn in_metres(value: Value) -> Value {
+    let Value::Tuple(items) = &value else { return value };
+    let length = |item: &&Value| matches!(item, Value::Number(number) if number.dimension == Dimension::LENGTH);
+    match items.iter().find(length) {
+        Some(length) => Value::Tuple(items.iter().map(|item| met(item, length)).collect()),
+        None => value,
+    }
+}
+
 /// Whether two values may stand in one list or be keys of one curve.
 pub fn same_type(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(x), Value::Number(y)) => common(x, y).is_some(),
         (Value::Tuple(x), Value::Tuple(y)) => {
-            x.len() == y.len() && x.iter().zip(y.iter()).all(|(x, y)| same_type(x, y))
+            x.len() == y.len() && x.iter().zip(y.iter()).all(|(x, y)| same_type(&met(x, y), &met(y, x)))
         }
         (Value::List(_), Value::List(_)) => true,
         (Value::Keys(x), _) => x.first().is_some_and(|key| same_type(&key.value, b)),

@@ -9,10 +9,10 @@ use kinora_scene::Placement;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::{Dimension, short};
 use crate::eval::coerce::{Data, Site};
-use crate::eval::expr::{Env, Words, spaced};
+use crate::eval::expr::{Argument, Env, Words, spaced};
 use crate::eval::graph::Scalar;
 use crate::eval::limits;
-use crate::eval::machine::{Machine, NodeKind, NodeSlot, NodeState, NodeValue, Set};
+use crate::eval::machine::{Given, Machine, NodeKind, NodeSlot, NodeState, NodeValue, Set};
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
 use crate::schema::{self, Kind, Since, Type};
 use crate::source::Span;
@@ -227,7 +227,7 @@ impl<'a> Machine<'a> {
         what: &str,
         mut body: impl FnMut(&mut Self, &Env<'a>) -> bool,
     ) -> bool {
-        let over = self.plain(&head.over, env);
+        let over = self.rooted(&head.over, env, |machine| machine.plain(&head.over, env));
         let (count, item): (f64, Box<dyn Fn(usize) -> Value>) = match over {
             Value::Error => return false,
             Value::List(items) => {
@@ -279,10 +279,10 @@ impl<'a> Machine<'a> {
             };
             let mut shown = Vec::with_capacity(values.len());
             for (name, value) in values {
-                shown.push((name.text.to_string(), value.clone()));
+                shown.push(Given { name: &name.text, value: value.clone(), expr: None });
                 scope.declare(&name.text, Binding::Value(value));
             }
-            if !self.traced("a loop".into(), head.span, shown, |machine| body(machine, &scope)) {
+            if !self.traced("a loop".into(), head.span, shown, env, |machine| body(machine, &scope)) {
                 return false;
             }
         }
@@ -308,7 +308,7 @@ impl<'a> Machine<'a> {
 
     fn run_statement(&mut self, item: &'a Item, env: &Env<'a>) -> Option<Value> {
         match item {
-            Item::Return(stmt) => Some(self.expr(&stmt.value, env, &[])),
+            Item::Return(stmt) => Some(self.rooted(&stmt.value, env, |machine| machine.expr(&stmt.value, env, &[]))),
             Item::Let(decl) => {
                 let name = decl.name.as_ref()?;
                 if let Some(Binding::Let(cell)) = env.own(&name.text) {
@@ -475,9 +475,12 @@ impl<'a> Machine<'a> {
             Type::Choice(choices) => choices,
             _ => &[],
         };
-        let value = self.expr(&property.value, env, words);
         let site = Site { property: row, kind, name: property.name.span, expr: &property.value };
-        let data = self.fit(&value, &site);
+        let (value, data) = self.rooted(&property.value, env, |machine| {
+            let value = machine.expr(&property.value, env, words);
+            let data = machine.fit(&value, &site);
+            (value, data)
+        });
         if let Some(first) = owner.properties.iter().find(|set| std::ptr::eq(set.property, row)) {
             let first = first.name;
             let diagnostic = set_twice(row.name, self.file(), property.name.span, first);
@@ -493,13 +496,14 @@ impl<'a> Machine<'a> {
             return NodeValue::default();
         }
         let like = self.like(ast, env, |other| matches!(other, NodeKind::Prefab(other) if std::ptr::eq(*other, decl)));
-        let mut given: Vec<Option<(Value, Span)>> = vec![None; decl.params.len()];
+        let mut given: Vec<Option<Argument<'a>>> = decl.params.iter().map(|_| None).collect();
         for item in ast.body.iter().flat_map(|body| &body.items) {
             if let Item::Property(property) = item
                 && let Some(at) = decl.params.iter().position(|formal| formal.name.text == property.name.text)
             {
-                let value = self.expr(&property.value, env, &[]);
-                given[at] = Some((value, property.value.span));
+                let expr = &property.value;
+                let value = self.rooted(expr, env, |machine| machine.expr(expr, env, &[]));
+                given[at] = Some(Argument { value, expr: Some(expr), span: expr.span });
             }
         }
         let mut arguments: Vec<(&'a str, Value)> = Vec::new();
@@ -508,15 +512,15 @@ impl<'a> Machine<'a> {
                 && let Some(like) = &like
                 && let Some((_, value)) = like.arguments.iter().find(|(name, _)| *name == &*formal.name.text)
             {
-                *given = Some((value.clone(), ast.kind.span));
+                *given = Some(Argument { value: value.clone(), expr: None, span: ast.kind.span });
             }
-            if let Some((value, _)) = given {
-                arguments.push((&formal.name.text, value.clone()));
+            if let Some(given) = given {
+                arguments.push((&formal.name.text, given.value.clone()));
             }
         }
         let lexical = env.find_path(&ast.kind.segments, |binding| matches!(binding, Binding::Prefab(_)));
         let outer = lexical.map_or_else(|| self.globals.clone(), |(scope, ..)| scope);
-        let Some((scope, values)) = self.bind(&decl.params, given, &outer) else { return NodeValue::default() };
+        let Some((scope, given)) = self.bind(&decl.params, given, &outer, env) else { return NodeValue::default() };
         if self.calls >= limits::CALLS {
             self.endless.insert(decl.head);
             let diagnostic = Diagnostic::new("E0504", format!("prefab `{name}` contains itself without end"))
@@ -531,7 +535,7 @@ impl<'a> Machine<'a> {
         let inner = Scope::inside(&scope);
         if let Some(body) = &decl.body {
             self.calls += 1;
-            self.traced(format!("`{name}`"), ast.kind.span, values, |machine| {
+            self.traced(format!("`{name}`"), ast.kind.span, given, env, |machine| {
                 let mut owner = Owner { kind: None, properties: &mut properties, children: &mut children };
                 machine.hoist(&body.items, &inner);
                 machine.run(&body.items, &inner, &mut owner);
@@ -677,57 +681,9 @@ impl<'a> Machine<'a> {
     }
 }
 
-/// Every name that a type can have, for suggestions.
-pub const TYPES: &[&str] = &[
-    "float",
-    "int",
-    "bool",
-    "string",
-    "color",
-    "vec2",
-    "vec3",
-    "quat",
-    "length",
-    "area",
-    "volume",
-    "angle",
-    "time",
-    "mass",
-    "density",
-    "force",
-    "energy",
-    "power",
-    "temperature",
-    "speed",
-    "acceleration",
-    "frequency",
-    "material",
-    "camera",
-    "node",
-    "list",
-    "range",
-];
-
 /// The dimension of a type of numbers.
 fn number_type(name: &str) -> Option<Dimension> {
-    Some(match name {
-        "float" => Dimension::NONE,
-        "length" => Dimension::LENGTH,
-        "area" => Dimension::AREA,
-        "volume" => Dimension::VOLUME,
-        "angle" => Dimension::ANGLE,
-        "time" => Dimension::TIME,
-        "mass" => Dimension::MASS,
-        "density" => Dimension::DENSITY,
-        "force" => Dimension::FORCE,
-        "energy" => Dimension::ENERGY,
-        "power" => Dimension::POWER,
-        "temperature" => Dimension::TEMPERATURE,
-        "speed" => Dimension::SPEED,
-        "acceleration" => Dimension::ACCELERATION,
-        "frequency" => Dimension::RATE,
-        _ => return None,
-    })
+    schema::type_name(name)?.dimension
 }
 
 /// What comes of asking a value to be of a type.
@@ -775,6 +731,7 @@ pub fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeK
         "vec3" => fits(vector(3), "a vector of 3 components"),
         "quat" => fits(matches!(value, Value::Turn(_)), "a rotation"),
         "range" => fits(matches!(value, Value::Range(..)), "a range"),
+        "texture" => fits(matches!(value, Value::Texture(_)), "a texture"),
         "node" => fits(matches!(value, Value::Node(_)), "a node"),
         "material" | "camera" => {
             let wanted = if *name == "material" { schema::Sort::Material } else { schema::Sort::Camera };
@@ -788,14 +745,17 @@ pub fn convert<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeK
             }
         }
         "list" => match value {
+            Value::List(_) if rest.is_empty() => Converted::Fits,
             Value::List(items) => {
+                let mut list = Vec::with_capacity(items.len());
                 for item in items.iter() {
-                    match convert(item, rest, kind) {
-                        Converted::Fits | Converted::As(_) => {}
+                    list.push(match convert(item, rest, kind) {
+                        Converted::Fits => item.clone(),
+                        Converted::As(item) => item,
                         other => return other,
-                    }
+                    });
                 }
-                Converted::Fits
+                Converted::As(Value::List(list.into()))
             }
             _ => Converted::Wrong("a list".into()),
         },

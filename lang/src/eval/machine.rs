@@ -33,13 +33,15 @@ pub struct Machine<'a> {
     seen: HashSet<(&'static str, Span, String)>,
     kept: Kept,
     /// The calls and loops that are running, innermost first.
-    pub trace: Option<Rc<Trace>>,
+    pub trace: Option<Rc<Trace<'a>>>,
     /// The lets and nodes that are running: name and place of the declaration.
     pub pending: Vec<(&'a str, Span)>,
     /// Functions and prefabs that called themselves without end, by the place of their heads.
     pub endless: HashSet<Span>,
     /// The last operation that made a number that is not finite.
     pub not_finite: Option<Span>,
+    /// Which of the findings say where their values come from.
+    pub explained: HashSet<usize>,
     /// Whether the scene only declares what others import: that it shows nothing is then no mistake.
     pub library: bool,
     /// The scene's `render` block.
@@ -73,7 +75,7 @@ pub struct NodeSlot<'a> {
     /// Where.
     pub scope: Rc<Scope<'a>>,
     /// In which call.
-    pub trace: Option<Rc<Trace>>,
+    pub trace: Option<Rc<Trace<'a>>>,
     /// How far it is.
     pub state: NodeState<'a>,
     /// Of an instance: where it stands besides its own place, for other turns of the loop that it is written in.
@@ -141,21 +143,33 @@ pub struct Set<'a> {
 }
 
 /// A running call or turn of a loop.
-pub struct Trace {
+pub struct Trace<'a> {
     /// The one around it.
-    pub parent: Option<Rc<Trace>>,
+    pub parent: Option<Rc<Trace<'a>>>,
     /// What is called.
     pub name: String,
     /// Where.
     pub span: Span,
     /// With what.
-    pub values: Vec<(String, Value)>,
+    pub given: Vec<Given<'a>>,
+    /// Where the given values are computed.
+    pub env: Rc<Scope<'a>>,
 }
 
-impl Trace {
+/// A value that a call or a loop gives a name.
+pub struct Given<'a> {
+    /// The name.
+    pub name: &'a str,
+    /// The value.
+    pub value: Value,
+    /// What is written for it, if anything is.
+    pub expr: Option<&'a ast::Expr>,
+}
+
+impl Trace<'_> {
     fn show(&self, source: &Texts) -> String {
         let values: Vec<String> =
-            self.values.iter().take(4).map(|(name, value)| format!("{name}: {}", value.show())).collect();
+            self.given.iter().take(4).map(|given| format!("{}: {}", given.name, given.value.show())).collect();
         let with = if values.is_empty() { String::new() } else { format!(" with {}", values.join(", ")) };
         format!("in {}{with}, {}", self.name, source.line(self.span.start))
     }
@@ -176,6 +190,7 @@ impl<'a> Machine<'a> {
             pending: Vec::new(),
             endless: HashSet::new(),
             not_finite: None,
+            explained: HashSet::new(),
             library: false,
             render: None,
             mix,
@@ -313,11 +328,12 @@ impl<'a> Machine<'a> {
         &mut self,
         name: String,
         span: Span,
-        values: Vec<(String, Value)>,
+        given: Vec<Given<'a>>,
+        env: &Rc<Scope<'a>>,
         body: impl FnOnce(&mut Self) -> T,
     ) -> T {
         let outer = self.trace.clone();
-        self.trace = Some(Rc::new(Trace { parent: outer.clone(), name, span, values }));
+        self.trace = Some(Rc::new(Trace { parent: outer.clone(), name, span, given, env: env.clone() }));
         let result = body(self);
         self.trace = outer;
         result

@@ -18,6 +18,7 @@ pub mod items;
 pub mod keys;
 pub mod limits;
 pub mod machine;
+mod origin;
 mod params;
 mod resolve;
 pub mod scope;

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use serde::Serialize;
 
 use crate::diagnostic::Diagnostic;
-use crate::dimension::{Dimension, short};
+use crate::dimension::short;
 use crate::eval::Overrides;
 use crate::eval::coerce::Site;
 use crate::eval::expr::same_type;
@@ -16,7 +16,7 @@ use crate::eval::machine::{Machine, NodeKind, NodeState, NodeValue, Set};
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
 use crate::eval::surface::is_point;
 use crate::modules::Modules;
-use crate::schema::{Since, Type};
+use crate::schema::{Since, TYPES, Type};
 use crate::source::{FileId, Source, Span, Texts};
 use crate::suggest::{all_of, suggest};
 use crate::syntax::ast::{self, Expr, ExprKind, Item};
@@ -180,9 +180,9 @@ fn within(number: &Number, low: &Number, high: &Number) -> bool {
 fn type_name(value: &Value) -> String {
     match value {
         Value::Number(number) if number.int => "int".into(),
-        Value::Number(number) => match number.dimension {
-            Dimension::NONE => "float".into(),
-            dimension => dimension.with_article().trim_start_matches("an ").trim_start_matches("a ").into(),
+        Value::Number(number) => match TYPES.iter().find(|row| row.dimension == Some(number.dimension)) {
+            Some(row) => row.name.into(),
+            None => number.dimension.unit(),
         },
         Value::Bool(_) => "bool".into(),
         Value::Text(_) => "string".into(),

@@ -11,7 +11,7 @@ use crate::diagnostic::{Applicability, Diagnostic, Edit, Kept};
 use crate::dimension;
 use crate::eval::coerce::{nearest_word, wrong_word};
 use crate::eval::expr::short_text;
-use crate::eval::items::{TYPES, kind_text, set_twice};
+use crate::eval::items::{kind_text, set_twice};
 use crate::eval::surface::is_point;
 use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
@@ -708,7 +708,7 @@ impl<'a> Resolver<'a> {
 
     fn ty(&mut self, ty: &'a ast::Type) {
         for name in &ty.names {
-            if TYPES.contains(&&*name.text) {
+            if schema::type_name(&name.text).is_some() {
                 continue;
             }
             let file = self.file();
@@ -722,7 +722,8 @@ impl<'a> Resolver<'a> {
                 "boolean" => Some("bool"),
                 _ => None,
             };
-            let near = foreign.or_else(|| suggest(&name.text, TYPES.iter().copied()).first().copied());
+            let near =
+                foreign.or_else(|| suggest(&name.text, schema::TYPES.iter().map(|row| row.name)).first().copied());
             let mut diagnostic = Diagnostic::new("E0203", format!("no type named `{}` here", name.text)).primary(
                 file,
                 name.span,
@@ -730,7 +731,7 @@ impl<'a> Resolver<'a> {
             );
             diagnostic = match near {
                 Some(near) => diagnostic.fix(Applicability::Safe, format!("write `{near}`"), file, name.span, near),
-                None => diagnostic.help(format!("types are {}", all_of(TYPES.iter().copied()))),
+                None => diagnostic.help(format!("types are {}", all_of(schema::TYPES.iter().map(|row| row.name)))),
             };
             self.report(diagnostic);
         }
@@ -1247,7 +1248,7 @@ impl<'a> Resolver<'a> {
         let Some(function) = builtin::find(name).filter(|_| !own) else { return VALUE };
         let param = match &arg.name {
             Some(name) => function.params.iter().find(|param| param.name == &*name.text),
-            None if function.rest => None,
+            None if function.rest.is_some() => None,
             None => function.params.get(index),
         };
         param.map_or(VALUE, |param| Wanted { words: param.words, property: param.name, ..VALUE })
@@ -1305,7 +1306,15 @@ impl<'a> Resolver<'a> {
                 Some(function) => {
                     let params: Vec<(&str, bool)> =
                         function.params.iter().map(|param| (param.name, param.optional)).collect();
-                    self.arguments(&name.text, &params, function.rest, args, span, function.signature(), None);
+                    self.arguments(
+                        &name.text,
+                        &params,
+                        function.rest.is_some(),
+                        args,
+                        span,
+                        function.signature(),
+                        None,
+                    );
                 }
                 None => self.unknown_function(name),
             },

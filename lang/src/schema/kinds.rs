@@ -96,7 +96,7 @@ pub static KINDS: &[Kind] = &[
     kind("capsule", Sort::Shape, &[CAPSULE, SHAPE], "a cylinder along y with round ends"),
     kind("torus", Sort::Shape, &[TORUS, SHAPE], "a ring about y"),
     kind("mesh", Sort::Shape, &[MESH, SHAPE], "triangles, from a file or from lists"),
-    kind("model", Sort::Shape, &[MODEL, SHAPE], "a glTF scene"),
+    kind("model", Sort::Shape, &[MODEL, SHAPE], "the whole scene of a file, with its materials, lights and cameras"),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),
     kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared"),
     kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one").later(),
@@ -123,7 +123,7 @@ const RENDER: &[Property] = &[
         "mis",
         Type::Choice(&[now("nee"), now("one_sample"), now("bsdf"), now("light")]),
         Default::Word("nee"),
-        "estimator",
+        "how direct light is found; all have the same mean",
     ),
     row("light_probability", NUMBER, Default::Number(0.2), "of `mis: one_sample`: how often it is the light")
         .check(Check::Ratio),
@@ -143,15 +143,20 @@ const RENDER: &[Property] = &[
         Default::Word("sobol"),
         "where random numbers come from",
     ),
-    row("seed", Type::Count, ZERO, "another seed, another noise").check(Check::Within(0, u32::MAX as i64)),
+    row("seed", Type::Count, ZERO, "another seed gives another noise").check(Check::Within(0, u32::MAX as i64)),
     row("exposure", NUMBER, ZERO, "stops: linear * 2^exposure before the tone curve").moving(),
     row(
         "tonemap",
         Type::Choice(&[now("agx"), now("aces"), now("reinhard"), now("none")]),
         Default::Word("agx"),
-        "tone curve of display files",
+        "tone curve of PNG, JPEG and the viewer",
     ),
-    row("background", Type::Choice(&[now("sky"), now("transparent")]), Default::Word("sky"), "where nothing is hit"),
+    row(
+        "background",
+        Type::Choice(&[now("sky"), now("transparent")]),
+        Default::Word("sky"),
+        "what is seen where nothing is hit; `transparent` is alpha 0",
+    ),
     row(
         "view",
         Type::Choice(&[
@@ -167,8 +172,9 @@ const RENDER: &[Property] = &[
         Default::Word("beauty"),
         "what the picture shows",
     ),
-    row("fps", NUMBER, Default::Number(24.0), "frames a second").check(Check::Above0),
-    row("duration", TIME, ZERO, "length of the animation").check(Check::AtLeast0),
+    row("fps", NUMBER, Default::Number(24.0), "frames a second; frame n is at n / fps").check(Check::Above0),
+    row("duration", TIME, ZERO, "length of the film: frames 0 up to duration times fps, which is left out")
+        .check(Check::AtLeast0),
     row("shutter", ANGLE, ZERO, "how long the shutter is open; 360deg = the whole frame")
         .check(Check::Shutter)
         .only_default(),
@@ -203,9 +209,9 @@ const SKY: &[Property] = &[
     row("file", Type::Text, Default::Computed, "an equirectangular picture, HDR or EXR"),
     row("rotation", ANGLE, ZERO, "turns the picture about +y").moving(),
     row("model", Type::Choice(&[now("nishita")]), Default::Computed, "a computed sky"),
-    row("sun_elevation", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "height of the sun").moving(),
-    row("sun_azimuth", ANGLE, ZERO, "from -z towards +x").moving(),
-    row("turbidity", NUMBER, ONE, "haze").check(Check::AtLeast0).moving(),
+    row("sun_elevation", ANGLE, Default::Number(std::f64::consts::FRAC_PI_4), "of the sun above the horizon").moving(),
+    row("sun_azimuth", ANGLE, ZERO, "of the sun, from -z towards +x").moving(),
+    row("turbidity", NUMBER, ONE, "haze, as a multiple of what is in clear air").check(Check::AtLeast0).moving(),
 ];
 
 const SUN: &[Property] = &[
@@ -235,7 +241,7 @@ const SPOT_LIGHT: &[Property] = &[
 ];
 
 const MATERIAL: &[Property] = &[
-    row("normal", Type::NormalMap, Default::Computed, "a normal map").varying(),
+    row("normal", Type::NormalMap, Default::Computed, "a normal map: `normal_map(..)`").varying(),
     row("opacity", NUMBER, ONE, "share of rays that meet it").check(Check::Ratio).moving().varying(),
     row("name", Type::Text, Default::Computed, "for imports").later(),
 ];
@@ -243,7 +249,12 @@ const MATERIAL: &[Property] = &[
 const DIFFUSE: &[Property] = &[
     row("color", Type::Color, Default::Number(0.8), "reflectance").check(Check::Reflectance).moving().varying(),
     row("roughness", NUMBER, ZERO, "0 is Lambert").check(Check::Ratio).moving().varying(),
-    row("model", Type::Choice(&[now("eon"), now("fon"), now("qon")]), Default::Word("eon"), "which formula"),
+    row(
+        "model",
+        Type::Choice(&[now("eon"), now("fon"), now("qon")]),
+        Default::Word("eon"),
+        "which formula of Oren-Nayar",
+    ),
 ];
 
 const METAL: &[Property] = &[
@@ -259,7 +270,10 @@ const METAL: &[Property] = &[
         "a measured metal by its symbol, \"Au\", instead of `color` and `edge_tint`",
     )
     .check(Check::Spectrum),
-    row("roughness", NUMBER, Default::Number(0.2), "perceptual").check(Check::Ratio).moving().varying(),
+    row("roughness", NUMBER, Default::Number(0.2), "0 is a mirror; the facets' alpha is its square")
+        .check(Check::Ratio)
+        .moving()
+        .varying(),
     row("anisotropy", NUMBER, ZERO, "stretched along the tangent").check(Check::Ratio).varying(),
     row("anisotropy_rotation", ANGLE, ZERO, "of the stretch from the tangent, counter-clockwise"),
     COMPENSATION,
@@ -274,7 +288,10 @@ const COMPENSATION: Property = row(
 
 const DIELECTRIC: &[Property] = &[
     row("ior", NUMBER, Default::Number(1.5), "refractive index of the inside").check(Check::Ior).moving(),
-    row("roughness", NUMBER, ZERO, "perceptual").check(Check::Ratio).moving().varying(),
+    row("roughness", NUMBER, ZERO, "0 is clear; the facets' alpha is its square")
+        .check(Check::Ratio)
+        .moving()
+        .varying(),
     COMPENSATION,
     row("attenuation_color", Type::Color, ONE, "colour of white light after `attenuation_distance`")
         .check(Check::Reflectance),
@@ -333,7 +350,8 @@ const SHAPE: &[Property] = &[
     row("material", Type::Node(Sort::Material), Default::Computed, "its surface; `diffuse {}` without"),
 ];
 
-const SPHERE: &[Property] = &[row("radius", LENGTH, ONE, "its radius").check(Check::Above0).moving()];
+const SPHERE: &[Property] =
+    &[row("radius", LENGTH, ONE, "how far its surface is from its origin").check(Check::Above0).moving()];
 
 const BOX: &[Property] = &[row("size", POINT, ONE, "lengths of its edges").check(Check::Above0)];
 
@@ -372,7 +390,7 @@ const TORUS: &[Property] = &[
 ];
 
 const MESH: &[Property] = &[
-    row("file", Type::Text, Default::Computed, "an OBJ or PLY file"),
+    row("file", Type::Text, Default::Computed, "an OBJ, PLY or STL file"),
     row("positions", Type::Points, Default::Computed, "vertices, instead of `file`"),
     row("indices", Type::Indices, Default::Computed, "three a triangle"),
     row("normals", Type::Points, Default::Computed, "one a vertex"),
@@ -382,7 +400,7 @@ const MESH: &[Property] = &[
 ];
 
 const MODEL: &[Property] = &[
-    row("file", Type::Text, Default::Needed, "a glTF or GLB file"),
+    row("file", Type::Text, Default::Needed, "a glTF, GLB, OBJ, PLY or STL file"),
     row("clip", Type::Text, Default::Computed, "which of its animations plays").later(),
     row("clip_time", TIME, Default::Computed, "where it plays").moving().later(),
 ];

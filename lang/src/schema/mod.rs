@@ -9,8 +9,10 @@
 //! ```
 
 mod kinds;
+mod types;
 
 pub use kinds::{KINDS, MIX};
+pub use types::{TYPES, TypeName, type_name};
 
 use std::sync::LazyLock;
 

@@ -458,6 +458,11 @@ pub enum BinaryOp {
 }
 
 impl BinaryOp {
+    /// Whether it compares the size of two values.
+    pub fn is_comparison(self) -> bool {
+        matches!(self, BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge | BinaryOp::Eq | BinaryOp::Ne)
+    }
+
     /// As written.
     pub fn text(self) -> &'static str {
         match self {
