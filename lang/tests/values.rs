@@ -12,7 +12,9 @@ use kinora_scene::{
 };
 
 fn scene(text: &str) -> Scene {
-    let text = format!("lang 1\ncamera main {{ position: (0, 0, 4) }}\nsky {{ color: #fff }}\n{text}");
+    let (imports, rest): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with("import"));
+    let (imports, rest) = (imports.join("\n"), rest.join("\n"));
+    let text = format!("lang 1\n{imports}\ncamera main {{ position: (0, 0, 4) }}\nsky {{ color: #fff }}\n{rest}");
     match eval(&parse(&Source::new(FileId(0), "a.kin", text.as_str())), &Memory::default(), &Overrides::default()) {
         Ok(evaluated) => evaluated.scene,
         Err(found) => panic!("{text}: {:?}", found.iter().map(|found| &found.message).collect::<Vec<_>>()),
@@ -43,6 +45,11 @@ fn units() {
     near("1000kg/m^3 * 1m^3 / 1g", 1e6);
     near("sqrt(4m^2)", 2.0);
     near("1N / 1kg / 1m/s^2", 1.0);
+    near("1J/s / 1W + 1rad^2 / 1sr + 1lm / 1cd / 1sr + 1lx * 1m^2 / 1lm + 1s^-1 / 1Hz", 5.0);
+    near("3ft^2 / 1m", 0.278_709_12);
+    near("12m/in * 1m", 12.0 / 0.0254);
+    near("1g/cm^3 / 1kg/m^3", 1000.0);
+    near("f_number(n: 2, focal_length: 0.1) + f_number(8, focal_length: 50mm)", 0.056_25);
     near("3m/s * 2s", 6.0);
 }
 
@@ -64,6 +71,14 @@ fn arithmetic() {
     near("sum([for i in 0..5 if i != 3: i * 10cm])", 0.7);
     near("sum([for i, x in [5, 6]: i * x])", 6.0);
     near("min(3, 1, 2) + max([3, 1, 2])", 4.0);
+    near("(2 ^ -1) + 4 ^ 3 ^ 0.5 - -3", 3.5 + 4f64.powf(3f64.sqrt()));
+    near("16 / 4 * 2 + 2 * -3 + (-3) ^ 2", 11.0);
+    near("if 1 > 2 && 2 < 3 || 1 < 2 { 1 } else { 0 }", 1.0);
+    near("mod(7, -3) + mod(450deg, 360deg) / 1deg + fract(-2.25)", -2.0 + 90.0 + 0.75);
+    near("smoothstep(3, 1, 1.5) + mix(2, 4, 150%)", 0.84375 + 5.0);
+    near("min((1, 5, 3), (2, 4, 9)).y + max([(1, 5), (2, 4)]).x + abs((-1, 2, -3)).z", 9.0);
+    near("sum([(1, 2), (3, 4)]).y + sum([]) + count(7..3) + (3..7)[2]", 11.0);
+    near("sum([for r in [for i in 0..3: [for j in 0..i + 1: j]]: sum(r)])", 4.0);
     near("mix(1m, 3m, 0.25)", 1.5);
     near("clamp(5, 0, 2) + saturate(-1) + step(1, 1) + step(1, 0.9)", 3.0);
     near("smoothstep(0, 2, 0.5)", 0.15625);
@@ -86,6 +101,10 @@ fn vectors_and_angles() {
         assert!((found - expected).length() < 1e-12, "{text}: {found}");
     };
     near("(1m, 2m, 3m) + 2 * (0, 10cm, 0) - (1m, 1m, 1m) / 2", DVec3::new(0.5, 1.7, 2.5));
+    // Bare numbers in vectors are metres where they meet lengths.
+    near("(1, 2, 3) + (0, 50cm, 1m)", DVec3::new(1.0, 2.5, 4.0));
+    near("mix((2, 2, 2), (1m, 3m, 2m), 0.5)", DVec3::new(1.5, 2.5, 2.0));
+    near("[(1, 2, 3), (4cm, 0, 1)][1] - (1, 1, 1)", DVec3::new(-0.96, -1.0, 0.0));
     near("rotate_y(90deg) * (0, 0, 1)", DVec3::X);
     near("rotate_x(90deg) * (0, 1, 0)", DVec3::Z);
     near("rotate_z(90deg) * (1, 0, 0)", DVec3::Y);
@@ -323,4 +342,35 @@ fn materials_and_estimators() {
     }
     let seldom = self::scene("render { mis: one_sample, light_probability: 75% }");
     assert_eq!((seldom.render.mis, seldom.render.clamp), (Mis::OneSample(0.75), None));
+}
+
+#[test]
+fn lists_of_a_type_take_bare_metres() {
+    let scene = scene(
+        "fn second(list: list<length>) -> length = list[1] + 50cm\nsphere { position: (second([1, 2]), 0, 0) }\nprefab at(look: texture, r: radiance) { sphere { material: emitter { color: look, radiance: r } } }\nat { look: checker(#fff, #000), r: 2W/m^2/sr }",
+    );
+    assert_eq!(scene.nodes[0].placing.position.constant(), Some(&DVec3::new(2.5, 0.0, 0.0)));
+}
+
+/// Prefabs of the library take points in bare metres, and what they make is where it should be.
+#[test]
+fn library() {
+    let scene = scene(
+        "import { tube, rounded_box, lathe, frustum } from \"std/shapes\"
+import { three_lights, turntable } from \"std/studio\"
+tube { a: (0, 1, 0), b: (0, 1, 4), radius: 0.1 }
+tube { a: (0, 0, 0), b: (0, 3, 0), radius: 10cm }
+rounded_box { size: (1, 2, 3), radius: 0.1, position: (0, 1, 0) }
+lathe { profile: [(0, 0), (0.5, 0), (0.2, 1), (0, 1)], segments: 16 }
+frustum { below: 0.4, above: 0.2 }
+three_lights { look_at: (0, 1, 0) }
+turntable { position: (0, 1, 0) }",
+    );
+    let tubes: Vec<_> = scene.nodes.iter().filter(|node| matches!(node.shape, Some(Shape::Cylinder { .. }))).collect();
+    for (node, middle, along) in
+        [(tubes[0], DVec3::new(0.0, 1.0, 2.0), DVec3::Z), (tubes[1], DVec3::new(0.0, 1.5, 0.0), DVec3::Y)]
+    {
+        assert_eq!(node.placing.position.constant(), Some(&middle));
+        assert!((*node.placing.rotation.constant().unwrap() * DVec3::Y - along).length() < 1e-9);
+    }
 }
