@@ -714,7 +714,7 @@ fn computed(renderer: &mut Renderer) {
     let program = Program::new(&tape).expect("a short tape");
     let size = 16;
     let mut w = world([size; 2], 1, front());
-    w.render.filter_width = 1e-3;
+    w.render.filter_width = 1e-6;
     w.render.max_bounces = 0;
     let map = Map { slot: Slot::Color, texture: Arc::new(Texture::Tape(tape)) };
     let light = Material { maps: vec![map], ..emitter(Emission::Radiance(1.0)) };
