@@ -263,7 +263,7 @@ mod tests {
         for stops in [-2.0_f64, 0.0, 1.5] {
             let render = Render { resolution: [1, 1], ..Render::default() };
             let mut film = Film::new(&render, &Request::default()).unwrap();
-            film.add(&[Vec4::new(0.1, 0.2, 0.3, 1.0)], &[], 1);
+            film.add(&[Vec4::new(0.1, 0.2, 0.3, 1.0)], &[], &[], 1);
             let image = develop(&film, &Look { exposure: stops, tonemap: Tonemap::None });
             let expected = srgb(DVec3::new(0.1, 0.2, 0.3) * 2.0_f64.powf(stops));
             assert!((image.pixels[0].as_dvec3() - expected).abs().max_element() < 1e-6, "{stops} stops");
@@ -286,11 +286,11 @@ mod tests {
         let mut film = Film::new(&render, &Request::default()).unwrap();
         let survey = |cover: f32, depth: f32, id: f32| {
             let albedo = Vec4::new(0.2, 0.4, 0.8, 1.0) * cover;
-            [albedo, Vec4::new(0.0, cover, 0.0, depth), Vec4::new(1.0, 2.0, 3.0, id)]
+            [albedo, Vec4::new(0.0, cover, 0.0, depth), Vec4::new(1.0, 2.0, 3.0, id), Vec4::ZERO]
         };
         let light = [Vec4::new(0.5, 0.5, 0.5, 8.0); 4];
         let surveys = [survey(2.0, 1.0, 1.0), survey(2.0, 5.0, 2.0), survey(1.0, 2.0, 2.0), survey(0.0, 1e10, 0.0)];
-        film.add(if film.wants_light() { &light } else { &[] }, &surveys, 2);
+        film.add(if film.wants_light() { &light } else { &[] }, &[], &surveys, 2);
         film
     }
 
