@@ -62,7 +62,7 @@ pub struct Light {
     pub emission: Vec3,
     /// Scattered first by a diffuse lobe.
     pub diffuse: Vec3,
-    /// Scattered first by any other: metals, glass both ways, and coats.
+    /// Scattered first by any other: metals, glass both ways, coats and sheen.
     pub specular: Vec3,
     /// Of the mean of all light: its standard error squared, as independent samples would have it; 0 of one sample.
     pub variance: Vec3,

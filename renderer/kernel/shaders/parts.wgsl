@@ -8,7 +8,7 @@ struct Parts {
     emission: vec3<f32>,
     /// What was scattered first by a diffuse lobe.
     diffuse: vec3<f32>,
-    /// By any other: metals, glass both ways, and coats.
+    /// By any other: metals, glass both ways, coats and sheen.
     specular: vec3<f32>,
     /// The diffuse share of what still arrives.
     ahead: vec3<f32>,
