@@ -181,6 +181,25 @@ pub trait Files {
     }
 }
 
+/// Folders of systems.
+const SYSTEM: &[&str] = &[
+    "Applications",
+    "Users",
+    "Volumes",
+    "bin",
+    "dev",
+    "etc",
+    "home",
+    "mnt",
+    "opt",
+    "proc",
+    "root",
+    "srv",
+    "tmp",
+    "usr",
+    "var",
+];
+
 /// A failed read as a diagnostic at the place that names the file, with the name that may have been meant. `literal` is
 /// the text at that place: where it is `written` between quotes, it can be put right.
 pub fn diagnose(
@@ -190,6 +209,14 @@ pub fn diagnose(
     written: &str,
     literal: &str,
 ) -> Diagnostic {
+    // A path from the project's folder that is meant to be one from the system's.
+    let first = written.strip_prefix('/').and_then(|path| path.split('/').next());
+    if let (FileError::Missing { .. }, Some(first)) = (error, first)
+        && SYSTEM.contains(&first)
+    {
+        let forbidden = FileError::Forbidden { path: written.to_string() };
+        return forbidden.diagnostic(file, span).note("a leading `/` means the project's folder");
+    }
     let found = error.diagnostic(file, span);
     let fixable = literal.strip_prefix('"').and_then(|text| text.strip_suffix('"')) == Some(written);
     match error {

@@ -2,6 +2,8 @@
 
 use strsim::damerau_levenshtein;
 
+use crate::diagnostic::Applicability;
+
 /// What the same thing is called elsewhere, and what it is called here.
 const FOREIGN: &[(&str, &str)] = &[
     ("albedo", "color"),
@@ -13,7 +15,8 @@ const FOREIGN: &[(&str, &str)] = &[
     ("tint", "edge_tint"),
     ("emission", "emitter"),
     ("emissive", "emitter"),
-    ("light", "emitter"),
+    ("light", "point_light"),
+    ("lamp", "point_light"),
     ("area_light", "emitter"),
     ("lambert", "diffuse"),
     ("matte", "diffuse"),
@@ -89,7 +92,6 @@ const FOREIGN: &[(&str, &str)] = &[
     ("lens_radius", "aperture"),
     ("hidden", "visible"),
     ("lerp", "mix"),
-    ("pow", "mod"),
     ("fract", "mod"),
     ("len", "count"),
     ("magnitude", "length"),
@@ -127,7 +129,7 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
     let (length, lower_length) = (name.chars().count(), lower.chars().count());
     let most = (length / 3).max(1);
     let words = sorted_words(&lower);
-    let mut found: Vec<(usize, &str)> = Vec::new();
+    let mut found: Vec<(usize, std::cmp::Reverse<usize>, &str)> = Vec::new();
     for known in known {
         if known == name || known.len() > 64 {
             continue;
@@ -151,12 +153,22 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
         } else {
             continue;
         };
-        found.push((rank, known));
+        // Of two as near, the one that begins more alike.
+        let alike = lower.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
+        found.push((rank, std::cmp::Reverse(alike), known));
     }
     found.sort();
     found.dedup();
     found.truncate(3);
-    found.into_iter().map(|(_, known)| known).collect()
+    found.into_iter().map(|(.., known)| known).collect()
+}
+
+/// How far a suggestion may be trusted: what other programs call so is only likely meant.
+pub fn trust(name: &str, near: &str) -> Applicability {
+    match FOREIGN.contains(&(name.to_lowercase().as_str(), near)) {
+        true => Applicability::Maybe,
+        false => Applicability::Safe,
+    }
 }
 
 fn sorted_words(name: &str) -> Vec<&str> {
@@ -204,6 +216,7 @@ mod tests {
         check("zzzzzz", &["radius"], &[]);
         check("ab", &["xy", "AB"], &["AB"]);
         check("golld", &["gold", "bold"], &["gold"]);
+        check("sinn", &["sign", "sin"], &["sin", "sign"]);
         check("", &["a"], &[]);
         check(&"x".repeat(100_000), &["x"], &[]);
     }

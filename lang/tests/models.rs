@@ -210,20 +210,21 @@ fn what_refers_into_a_model() {
 
     let fails = |text: &str, message: &str, help: &str| {
         let found = evaluate(&format!("{CAMERA}{text}"), &root).unwrap_err();
-        let found = found.iter().find(|found| found.code == "E0804").unwrap_or_else(|| panic!("{found:?}"));
+        let code = if text.contains("override") { "E0508" } else { "E0804" };
+        let found = found.iter().find(|found| found.code == code).unwrap_or_else(|| panic!("{found:?}"));
         assert_eq!(found.message, message);
         assert!(format!("{found:?}").contains(help), "{found:?}");
     };
     let model = "model robot { file: \"models/m.gltf\" }\n";
     fails(
         &format!("{model}sphere {{ parent: node(robot, \"Arm/Hund\") }}"),
-        "no node `Arm/Hund` in the model",
+        "model has no node `Arm/Hund`",
         "`Arm/Hand`",
     );
     fails(&format!("{model}render {{ camera: robot.eyes }}"), "no camera `eyes` in the model", "`eye`");
     fails(
         "diffuse a { }\nmodel robot { file: \"models/m.gltf\", override \"Leg\" { material: a } }",
-        "no node `Leg` in the model",
+        "model has no node `Leg`",
         "it has `Arm` and `Arm/Hand`",
     );
 }

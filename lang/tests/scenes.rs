@@ -78,7 +78,7 @@ const ELSEWHERE: &[&str] =
 #[test]
 fn cases() {
     let mut seen = Vec::new();
-    for folder in ["names", "types", "values", "structure", "time", "files", "assets", "limits", "surface"] {
+    for folder in ["names", "types", "values", "structure", "time", "files", "assets", "lints", "limits", "surface"] {
         seen.extend(support::run(folder, found));
     }
     for row in codes::all() {

@@ -60,7 +60,8 @@ impl Folder {
     pub fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kinora"));
         command.current_dir(&self.0).args(line.split_whitespace()).stdin(Stdio::null());
-        for name in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "KINORA_FORMAT"] {
+        for name in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "KINORA_FORMAT", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"]
+        {
             command.env_remove(name);
         }
         command

@@ -221,7 +221,8 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
 fn picture(written: &str, files: &dyn Files, source: &Texts, span: Span) -> Result<hdr::LightPicture, Box<Diagnostic>> {
     let file = source.id;
     let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
-    let bytes = files.read(&path).map_err(|error| error.diagnostic(file, span))?;
+    let bytes =
+        files.read(&path).map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;
     hdr::read(&bytes).map_err(|error| {
         let diagnostic = Diagnostic::new(error.code, format!("`{written}` {}", error.message));
         let diagnostic = diagnostic.primary(file, span, "cannot be used");

@@ -12,7 +12,7 @@ use super::mtl::Library;
 use super::{AssetError, beside, finish, read_object, shape};
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
-use crate::files::{Files, resolve};
+use crate::files::{Files, diagnose, resolve};
 use crate::lower::{InnerRequest, InnerUse, Lowered, ModelRequest, shining};
 use crate::source::{Span, Texts};
 use crate::suggest::{all_of, suggest};
@@ -97,7 +97,7 @@ fn load(
     let (bytes, path) = match bytes {
         Ok(found) => found,
         Err(error) => {
-            diagnostics.push(error.diagnostic(file, span));
+            diagnostics.push(diagnose(files, &error, (file, span), written, source.slice(span)));
             return None;
         }
     };
@@ -289,18 +289,18 @@ fn find(model: &Model, path: &str) -> Result<usize, Vec<String>> {
     }
 }
 
-/// E0804: there is no such node, or more than one.
-fn no_node(model: &Model, path: &str, found: &[String], source: &Texts, span: Span) -> Diagnostic {
+/// E0804, or E0508 of an `override`: there is no such node, or more than one.
+fn no_node(code: &'static str, model: &Model, path: &str, found: &[String], source: &Texts, span: Span) -> Diagnostic {
     if !found.is_empty() {
         let list = all_of(found.iter().take(6).map(String::as_str));
-        return Diagnostic::new("E0804", format!("`{path}` is {} nodes of the model", found.len()))
+        return Diagnostic::new(code, format!("`{path}` is {} nodes of the model", found.len()))
             .primary(source.id, span, "which one?")
             .help(format!("write more of the path: {list}"));
     }
     let paths: Vec<&str> = model.nodes.iter().filter_map(|part| part.path.as_deref()).collect();
     let names: Vec<&str> = paths.iter().map(|path| path.rsplit('/').next().unwrap_or(path)).collect();
     let diagnostic =
-        Diagnostic::new("E0804", format!("no node `{path}` in the model")).primary(source.id, span, "no such node");
+        Diagnostic::new(code, format!("model has no node `{path}`")).primary(source.id, span, "no such node");
     let near = suggest(path, paths.iter().copied());
     let near_name = suggest(path.rsplit('/').next().unwrap_or(path), names.iter().copied());
     match (near.first(), near_name.first()) {
@@ -326,7 +326,10 @@ fn replace_materials(
     for (path, span, material) in &request.overrides {
         match find(&placed.model, path) {
             Ok(part) => own[part] = Some(*material),
-            Err(found) => diagnostics.push(no_node(&placed.model, path, &found, source, *span)),
+            Err(found) => diagnostics.push(
+                no_node("E0508", &placed.model, path, &found, source, *span)
+                    .help(format!("`kinora inspect {}` lists its nodes", request.file)),
+            ),
         }
     }
     let mut given: Vec<Option<usize>> = Vec::with_capacity(parts.len());
@@ -372,7 +375,7 @@ fn follow(scene: &mut Scene, inner: &InnerRequest, placed: &Placed, source: &Tex
     let node = match find(&placed.model, &inner.path) {
         Ok(part) => placed.first + part,
         Err(found) => {
-            diagnostics.push(no_node(&placed.model, &inner.path, &found, source, inner.span));
+            diagnostics.push(no_node("E0804", &placed.model, &inner.path, &found, source, inner.span));
             return;
         }
     };

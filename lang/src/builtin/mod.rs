@@ -244,7 +244,7 @@ impl<'c> Call<'c> {
                 self.problems.push(
                     Diagnostic::new("E0304", "angles need a unit")
                         .primary(self.file, span, format!("an angle for `{}`", self.function.name))
-                        .help("write `deg` behind it"),
+                        .help("write it with a unit, as `40deg`"),
                 );
                 None
             }

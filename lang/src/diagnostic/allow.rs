@@ -186,7 +186,7 @@ mod tests {
         check(
             "// allow(W0210)\nlet x = 1",
             Some("x ="),
-            &[LEFT, ("W0902", "there is no code `W0210`; did you mean E0210, W0202, W0710?")],
+            &[LEFT, ("W0902", "there is no code `W0210`; did you mean E0210, W0510, W0710?")],
         );
         check(
             "// allow(E0201)\nlet x = 1",

@@ -16,6 +16,7 @@
 
 mod allow;
 pub mod codes;
+mod derived;
 mod fix;
 mod json;
 mod levels;
@@ -23,6 +24,7 @@ mod limit;
 mod render;
 
 pub use allow::honour;
+pub use derived::without_derived;
 pub use fix::{apply, choose};
 pub use json::{JSON_VERSION, to_json, to_json_lines};
 pub use levels::{Level, Levels, levels_of_project, no_code};

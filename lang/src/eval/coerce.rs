@@ -691,7 +691,7 @@ impl<'a> Machine<'a> {
                 let value = parts.get(index)?.constant()?;
                 let help = match (2.0..=100.0).contains(&value) {
                     true => format!("did you mean `{}%`?", short(value)),
-                    false => String::new(),
+                    false => "0 is none of it, 1 all of it".into(),
                 };
                 row("E0407", format!("{name} must be within 0..1"), index, &help)
             }

@@ -130,7 +130,10 @@ impl<'a> Machine<'a> {
         }
         let is_value =
             |binding: &Binding<'_>| !matches!(binding, Binding::Fn(_) | Binding::Prefab(_) | Binding::Module(_));
+        let own = matches!(name, "time" | "frame") && env.find_path(&path.segments, is_value).is_some();
         let (mut value, names) = match name {
+            // Declared anew, which is said there.
+            _ if own => return Value::Error,
             "time" => (Value::quantity(self.graph.time(), Dimension::TIME), 1),
             "frame" => (Value::number(self.graph.frame()), 1),
             _ => match env.find_path(&path.segments, is_value) {

@@ -113,8 +113,10 @@ fn eval_modules(
         modules.texts.settle(found);
         modules.explain(found);
     }
+    let sources = modules.sources();
+    diagnostic::without_derived(&mut diagnostics, &modules.diagnostics, &sources);
     diagnostics.extend(modules.diagnostics.iter().cloned());
-    diagnostics = diagnostic::honour(diagnostics, &modules.sources());
+    diagnostics = diagnostic::honour(diagnostics, &sources);
     diagnostic::sort(&mut diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     match lowered {

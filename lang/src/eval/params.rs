@@ -117,6 +117,7 @@ pub fn list<'a>(machine: &mut Machine<'a>, known: &[Known<'a>], overrides: &Over
                 let message = format!("`{called}` must be within {bounds}, got {got}");
                 let diagnostic = Diagnostic::new("E0413", message).label(machine.file(), decl.span, "declared here");
                 machine.report(diagnostic);
+                *cell.state.borrow_mut() = LetState::Done(Value::Error);
             }
         }
         let ty = match &decl.ty {

@@ -16,7 +16,7 @@ use crate::eval::surface::is_point;
 use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
 use crate::source::{FileId, Span, Texts};
-use crate::suggest::{all_of, suggest};
+use crate::suggest::{all_of, suggest, trust};
 use crate::syntax::ast::{self, Expr, ExprKind, Item, Name};
 
 /// What is wrong with the names of a scene and of the files that it imports.
@@ -832,11 +832,23 @@ impl<'a> Resolver<'a> {
                     self.body(node, Where::Node(kind));
                 }
                 None => {
-                    self.unknown_kind(first);
+                    match place {
+                        Some(Where::Node(parent)) if parent.property(&first.text).is_some() => self.no_colon(first),
+                        _ => self.unknown_kind(first),
+                    }
                     self.body(node, Where::Nowhere);
                 }
             },
         }
+    }
+
+    /// E0105: `material diffuse { }` looks like a node.
+    fn no_colon(&mut self, property: &Name) {
+        let at = Span::at(property.span.end);
+        let diagnostic = Diagnostic::new("E0105", format!("expected `:` after `{}`", property.text))
+            .primary(self.file(), at, "expected `:`")
+            .fix(Applicability::Safe, format!("write `{}: ..`", property.text), self.file(), at, ":");
+        self.report(diagnostic);
     }
 
     /// What `module.name` stands for: reported where it is nothing. `None` where there is no such module.
@@ -970,7 +982,7 @@ impl<'a> Resolver<'a> {
         );
         diagnostic = match near.first() {
             Some(near) => {
-                diagnostic.fix(Applicability::Safe, format!("did you mean `{near}`?"), file, name.span, *near)
+                diagnostic.fix(trust(&name.text, near), format!("did you mean `{near}`?"), file, name.span, *near)
             }
             None if &*name.text == schema::MIX.name => {
                 diagnostic.help("two materials are mixed by a call: `mix(a, b, amount: 0.5)`")
@@ -994,6 +1006,7 @@ impl<'a> Resolver<'a> {
         let prefab = &*kind_text(node);
         let file = self.file();
         let mut given: FxHashMap<&str, Span> = FxHashMap::default();
+        let mut meant: Vec<&str> = Vec::new();
         let all: FxHashSet<&str> = node
             .body
             .iter()
@@ -1024,13 +1037,15 @@ impl<'a> Resolver<'a> {
                     .primary(file, property.name.span, "no such parameter")
                     .label(file, decl.head, "declared here");
                 let free = known.iter().copied().filter(|known| !all.contains(known));
-                diagnostic = match suggest(name, free).first() {
+                let near = suggest(name, free).first().copied();
+                meant.extend(near);
+                diagnostic = match near {
                     Some(near) => diagnostic.fix(
                         Applicability::Safe,
                         format!("did you mean `{near}`?"),
                         file,
                         property.name.span,
-                        *near,
+                        near,
                     ),
                     None if known.is_empty() => diagnostic.help("it takes none"),
                     None => diagnostic.help(format!("it takes {}", all_of(known))),
@@ -1043,8 +1058,8 @@ impl<'a> Resolver<'a> {
             return;
         }
         for formal in &decl.params {
-            if formal.default.is_none() && !given.contains_key(&*formal.name.text) {
-                let name = &formal.name.text;
+            let name = &*formal.name.text;
+            if formal.default.is_none() && !given.contains_key(name) && !meant.contains(&name) {
                 let diagnostic = Diagnostic::new("E0209", format!("`{prefab}` needs `{name}`"))
                     .primary(file, node.kind.span, format!("`{name}` is not given"))
                     .label(file, formal.span, "asked for here")
@@ -1341,9 +1356,11 @@ impl<'a> Resolver<'a> {
         let is_prefab = self.find(&name.text, |decl| matches!(decl, Declared::Prefab(_))).is_some();
         if is_prefab || schema::kind(&name.text).is_some() {
             diagnostic = diagnostic.help(format!("nodes are written with braces: `{} {{ .. }}`", name.text));
+        } else if &*name.text == "pow" {
+            diagnostic = diagnostic.help("a power is written `a ^ b`");
         } else if let Some(near) = near.first() {
             let text = format!("did you mean `{near}`?");
-            diagnostic = diagnostic.fix(Applicability::Safe, text, file, name.span, *near);
+            diagnostic = diagnostic.fix(trust(&name.text, near), text, file, name.span, *near);
         }
         self.report(diagnostic);
     }

@@ -58,6 +58,9 @@ impl<'a> Lower<'_, 'a> {
         for (id, enclosing) in found {
             let node = self.machine.done(id).unwrap_or_default();
             let NodeKind::Schema(kind) = node.kind else { continue };
+            if kind.name != "sun" {
+                self.has(id, &node, "power", "`power: 40W`");
+            }
             let kind = match kind.name {
                 "sun" => LightKind::Sun {
                     direction: read::track(self.machine, &node, "direction"),

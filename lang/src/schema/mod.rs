@@ -337,7 +337,7 @@ mod tests {
     fn kinds_of_the_vocabulary() {
         let names = "render camera sky sun point_light spot_light diffuse metal dielectric glossy emitter sphere box quad \
              disk plane cylinder cone capsule torus mesh model group instance simulation rigid_body joint cloth \
-             override denoise fluid forces";
+             override denoise fluid forces sheen";
         for name in names.split_whitespace() {
             assert!(kind(name).is_some(), "{name}");
         }

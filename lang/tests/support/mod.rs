@@ -186,15 +186,11 @@ fn marker(source: &Source, span: Span) -> String {
 }
 
 fn details(out: &mut String, sources: &[Source], found: &Diagnostic) {
-    for (index, label) in found.labels.iter().enumerate() {
-        if label.primary {
-            continue;
-        }
+    for label in found.labels.iter().skip(1) {
         let Some(source) = sources.iter().find(|source| source.id == label.file) else { continue };
         let place = source.position(label.span.start);
-        let other = if found.labels[0].file == label.file && index > 0 { "" } else { &*source.name };
-        let colon = if other.is_empty() { "" } else { ":" };
-        writeln!(out, "// see {other}{colon}{}:{}: {}", place.line, place.column, label.text).unwrap();
+        let other = if found.labels[0].file == label.file { String::new() } else { format!("{}:", source.name) };
+        writeln!(out, "// see {other}{}:{}: {}", place.line, place.column, label.text).unwrap();
     }
     for note in &found.notes {
         writeln!(out, "// note: {note}").unwrap();

@@ -85,6 +85,22 @@ sphere ball { radius: 1 }"#
         ),
     },
     Row {
+        code: "E0508",
+        title: "a part of a model that is not there",
+        text: "An `override` names a node of the model's file by its path, or by as much of its end as only one of them \
+            has; `kinora inspect MODEL` lists them.",
+        bad: scene!(
+            r#"model robot { file: "robot.gltf", override "Visr" { material: metal { } } }
+// --- robot.gltf
+{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Visor" }], "scenes": [{ "nodes": [0] }] }"#
+        ),
+        good: scene!(
+            r#"model robot { file: "robot.gltf", override "Visor" { material: metal { } } }
+// --- robot.gltf
+{ "asset": { "version": "2.0" }, "nodes": [{ "name": "Visor" }], "scenes": [{ "nodes": [0] }] }"#
+        ),
+    },
+    Row {
         code: "W0509",
         title: "glass with holes",
         text: "Where an edge belongs to one triangle only there is a way into the mesh that crosses no surface, so \

@@ -196,9 +196,12 @@ impl Finder<'_> {
             (IfStmt | IfValue, Some(KwIf)) => {
                 ("E0108", "missing condition after `if`".to_string(), "expected a condition", none())
             }
-            (IfStmt | IfValue, Some(KwElse)) => {
-                ("E0123", "expected `{` or `if` after `else`".to_string(), "expected `{` or `if`", none())
-            }
+            (IfStmt | IfValue, Some(KwElse)) => (
+                "E0123",
+                "expected `{` or `if` after `else`".to_string(),
+                "expected `{` or `if`",
+                "write `else { ... }`".to_string(),
+            ),
             (IfValue, Some(Arm)) => token(
                 "an `if` value needs `else`",
                 "expected `else`",
