@@ -20,6 +20,12 @@ pub fn is_path(path: &str) -> bool {
     path.starts_with("std/") && !path.ends_with(".kin")
 }
 
+/// The part that declares a name at its top level.
+pub fn declares(name: &str) -> Option<&'static str> {
+    let declares = |line: &str| line.starts_with(char::is_alphabetic) && line.split_whitespace().nth(1) == Some(name);
+    FILES.iter().find(|(_, text)| text.lines().any(declares)).map(|file| file.0)
+}
+
 /// The text of a part.
 pub fn find(path: &str) -> Option<&'static str> {
     FILES.iter().find(|file| file.0 == path).map(|file| file.1)

@@ -342,6 +342,10 @@ impl<'a> Machine<'a> {
                     false => diagnostic.help("make a colour of it: `srgb(r, g, b)`"),
                 };
             }
+            (Type::Color, _) => {
+                diagnostic =
+                    diagnostic.help("colours are written `#d9402b`, `srgb(0.8, 0.2, 0.1)` or `hsv(30deg, 80%, 90%)`");
+            }
             (Type::Vec3(..) | Type::Vec2(..), Value::Number(_)) => {
                 diagnostic = diagnostic.help("vectors are written `(x, y, z)`");
             }
@@ -370,10 +374,12 @@ impl<'a> Machine<'a> {
             return None;
         }
         let mut parts = Vec::with_capacity(count);
-        let mut failed = false;
+        let (mut failed, mut wrong) = (false, None);
         for (i, item) in items.iter().enumerate() {
             let place = if whole { site.component(i) } else { span };
             match item {
+                // The same mistake as that of the component before.
+                Value::Number(number) if wrong == Some(number.dimension) && !number.dimension.is_none() => {}
                 Value::Number(number) => {
                     let expr = match &site.expr.kind {
                         ExprKind::Tuple(exprs) if whole => exprs.get(i),
@@ -381,7 +387,7 @@ impl<'a> Machine<'a> {
                     };
                     match self.component(number, dimension, bare, place, expr, site) {
                         Some(part) => parts.push(part),
-                        None => failed = true,
+                        None => (failed, wrong) = (true, Some(number.dimension)),
                     }
                 }
                 other => {
@@ -433,7 +439,17 @@ impl<'a> Machine<'a> {
         let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}"))
             .primary(self.file(), span, format!("this is {found}"))
             .label(self.file(), site.name, is);
-        self.report(diagnostic);
+        let example = match dimension {
+            Dimension::LENGTH => Some("30cm"),
+            Dimension::ANGLE => Some("40deg"),
+            Dimension::TIME => Some("2s"),
+            Dimension::POWER => Some("40W"),
+            _ => None,
+        };
+        self.report(match example {
+            Some(example) => diagnostic.help(format!("write {wanted}, for example `{example}`")),
+            None => diagnostic,
+        });
         None
     }
 

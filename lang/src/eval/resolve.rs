@@ -13,6 +13,7 @@ use crate::eval::coerce::{nearest_word, wrong_word};
 use crate::eval::expr::short_text;
 use crate::eval::items::{kind_text, set_twice};
 use crate::eval::surface::is_point;
+use crate::library;
 use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
 use crate::source::{FileId, Span, Texts};
@@ -1252,6 +1253,19 @@ impl<'a> Resolver<'a> {
             && schema::kind(&name.text).is_some_and(|kind| kind.sort == Sort::Material)
         {
             diagnostic = diagnostic.help(format!("write `{} {{ .. }}`", name.text));
+        } else if let Some(path) = library::declares(&name.text).filter(|_| wanted.sort == Some(Sort::Material)) {
+            diagnostic = diagnostic.help(format!("add `import {{ {} }} from \"{path}\"` on top", name.text));
+        } else {
+            const MOST: usize = 6;
+            let here = self.visible(fits);
+            diagnostic = match here.len() {
+                0 if wanted.sort == Some(Sort::Material) => {
+                    diagnostic.help(format!("declare it, for example `diffuse {} {{ color: #d9402b }}`", name.text))
+                }
+                1 => diagnostic.help(format!("there is {}", all_of(here))),
+                2..=MOST => diagnostic.help(format!("there are {}", all_of(here))),
+                _ => diagnostic,
+            };
         }
         self.report(diagnostic);
     }

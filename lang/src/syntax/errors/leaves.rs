@@ -113,7 +113,7 @@ impl Finder<'_> {
 
     pub(super) fn bad_color(&mut self, span: Span, label: String) {
         let message = "colours are `#rgb`, `#rrggbb` or `#rrggbbaa`";
-        let found = self.error("E0117", message, span, label);
+        let found = self.error("E0117", message, span, label).help("for example `#d94` or `#d9402b`");
         self.push(found);
     }
 
