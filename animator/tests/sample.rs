@@ -85,15 +85,12 @@ fn the_next_frame_is_where_things_go() {
     assert_eq!(still.next, Some(still.view));
     // Whoever hides is where it is all the same.
     let mut hiding = moving_scene();
-    let seen = |until_s: f64| {
-        let key = |time_s, value| Key { time_s, value, ease: Ease::Linear };
-        Track::Keys(Keys {
-            keys: vec![key(0.0, true), key(until_s, false)],
-            outside: Outside::Hold,
-            space: Space::Linear,
-        })
-    };
-    hiding.nodes[0].visible = seen(time_s + 0.5 * step);
+    let key = |time_s, value| Key { time_s, value, ease: Ease::Linear };
+    hiding.nodes[0].visible = Track::Keys(Keys {
+        keys: vec![key(0.0, true), key(time_s + 0.5 * step, false)],
+        outside: Outside::Hold,
+        space: Space::Linear,
+    });
     let hiding = sample_moving(&hiding, scene.clock.shutter_at(time_s)).unwrap();
     assert_eq!(hiding.instances[0].next, now.instances[0].next);
     // A place that the next frame lacks is a fault of those alone who ask.
