@@ -51,6 +51,7 @@ fn units() {
     near("1g/cm^3 / 1kg/m^3", 1000.0);
     near("f_number(n: 2, focal_length: 0.1) + f_number(8, focal_length: 50mm)", 0.056_25);
     near("3m/s * 2s", 6.0);
+    near("length((3m, 0, 4m) / 1m) + length(2s * (0, 3, 4)) / 1s", 15.0);
 }
 
 #[test]

@@ -21,6 +21,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("scan", 0),
     ("materials", 0),
     ("procedural", 0),
+    ("still_life", 0),
     ("mis", 0),
     ("fireflies", 0),
     ("bvh", 0),

@@ -1019,12 +1019,12 @@ impl<'a> Machine<'a> {
             }
             (Value::Tuple(_), Value::Number(y)) if matches!(op, BinaryOp::Mul | BinaryOp::Div) => {
                 let Some(x) = left.0.numbers() else { return Ok(None) };
-                let pairs: Vec<_> = x.into_iter().map(|x| (x, *y)).collect();
+                let pairs: Vec<_> = measured(&x).map(|x| (x, *y)).collect();
                 self.componentwise(scalar_op, op_span, &pairs, right.1, span)
             }
             (Value::Number(x), Value::Tuple(_)) if op == BinaryOp::Mul => {
                 let Some(y) = right.0.numbers() else { return Ok(None) };
-                let pairs: Vec<_> = y.into_iter().map(|y| (*x, y)).collect();
+                let pairs: Vec<_> = measured(&y).map(|y| (*x, y)).collect();
                 self.componentwise(scalar_op, op_span, &pairs, right.1, span)
             }
             (Value::Color(x), Value::Color(y)) if !matches!(op, BinaryOp::Pow | BinaryOp::Div) => {
@@ -1136,6 +1136,15 @@ pub fn common(a: &Number, b: &Number) -> Option<Dimension> {
     } else {
         None
     }
+}
+
+/// The components of a vector, each 0 that fits any dimension in that of the others.
+fn measured(numbers: &[Number]) -> impl Iterator<Item = Number> {
+    let of = numbers.iter().find(|number| !number.is_bare_zero()).map_or(Dimension::NONE, |number| number.dimension);
+    numbers.iter().map(move |number| match number.is_bare_zero() && !of.is_none() {
+        true => Number::new(0.0, of),
+        false => *number,
+    })
 }
 
 /// Components of two vectors that are put together: a bare one is in metres where the other is a length.

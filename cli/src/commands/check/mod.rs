@@ -160,17 +160,16 @@ fn merge(checked: &[Checked]) -> Vec<Diagnostic> {
 fn in_time(loaded: &Loaded, frames: Option<Frames>) -> Option<Diagnostic> {
     // A file that shows nothing is there for others to import.
     let scene = loaded.scene.as_ref().filter(|scene| !scene.cameras.is_empty())?;
-    let last = scene.clock.frame_count() - 1;
-    let few = (NODES_SAMPLED / scene.nodes.len().max(1)).max(2);
-    let steps = match frames {
-        Some(Frames::All) => last,
-        Some(Frames::Ends) => 1,
-        Some(Frames::Evenly(count)) => count.saturating_sub(1) as i64,
-        None => few as i64 - 1,
+    let all = scene.clock.frame_count();
+    let wanted = match frames {
+        Some(Frames::All) => all,
+        Some(Frames::Ends) => 2,
+        Some(Frames::Evenly(count)) => i64::try_from(count).unwrap_or(all),
+        None => (NODES_SAMPLED / scene.nodes.len().max(1)).max(2) as i64,
     };
-    let steps = steps.clamp(0, last);
-    (0..=steps).find_map(|step| {
-        let frame = (i128::from(step) * i128::from(last) / i128::from(steps.max(1))) as i64;
+    let count = wanted.min(all);
+    (0..count).find_map(|at| {
+        let frame = (i128::from(at) * i128::from(all - 1) / i128::from((count - 1).max(1))) as i64;
         loaded.sample(scene.clock.shutter_of(frame)).err().map(|found| *found)
     })
 }
