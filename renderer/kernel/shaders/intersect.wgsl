@@ -30,6 +30,12 @@ fn probe_along(o: vec3<f32>, d: vec3<f32>) -> Probe {
     return Probe(o, d, frame.x, frame.y);
 }
 
+// x as it is. A GPU's compiler may fuse a product with the sum that it goes into, and then a · b − b · a is not 0: it does
+// not know that the word is 0, and leaves the product alone. WGSL has no other word for it.
+fn rounded(x: vec4<f32>) -> vec4<f32> {
+    return bitcast<vec4<f32>>(bitcast<vec4<u32>>(x) | vec4<u32>(params.textures.w));
+}
+
 // Watertight as Woop, Benthin and Wald's ("Watertight Ray/Triangle Intersection", JCGT 2(1), 2013): a corner's place as
 // seen along the ray depends on the corner alone, an edge's sign on its two corners alone, and both belong to all the
 // primitives around them. An edge through the ray counts as hit.
@@ -40,7 +46,7 @@ fn hit_flat(id: u32, ray: Probe, t_max: f32) -> Hit {
     let px = x * ray.x.x + y * ray.x.y + z * ray.x.z;
     let py = x * ray.y.x + y * ray.y.y + z * ray.y.z;
     // Lane i: the edge from corner i to corner i + 1.
-    let w = px * py.yzwx - py * px.yzwx;
+    let w = rounded(px * py.yzwx) - rounded(py * px.yzwx);
     let low = min(min(w.x, w.y), min(w.z, w.w));
     let high = max(max(w.x, w.y), max(w.z, w.w));
     if low < 0.0 && high > 0.0 {

@@ -142,7 +142,7 @@ struct Params {
     /// The media around the eye, as `Path::media`.
     media: vec4<u32>,
     /// Where the maps of materials begin among `words`, and the places of rows that lead from the world, or a part, to each
-    /// shape's own space (0: nobody reads them); the rest is unused.
+    /// shape's own space (0: nobody reads them); z is unused, and w is 0, always: see `rounded`.
     textures: vec4<u32>,
 }
 
