@@ -706,7 +706,7 @@ fn computed(renderer: &mut Renderer) {
         Instruction::Unary(Unary::Sin, 4),
         Const(2.0),
         Instruction::Binary(Binary::Add, 6, 9),
-        Instruction::Binary(Binary::Less, 0, 1),
+        Instruction::Binary(Binary::Less, 3, 5),
         Instruction::Select(11, 8, 9),
         Instruction::Binary(Binary::Max, 12, 7),
     ];
