@@ -10,25 +10,24 @@ use crate::{
 
 /// The outputs of a tape at `time_s`. Total: what refers to nothing is NaN.
 pub(crate) fn run(tape: &Tape, time_s: f64, fps: f64) -> Vec<f64> {
-    let mut registers = Vec::with_capacity(tape.code.len());
-    for &instruction in &tape.code {
-        let result = step(tape, instruction, &registers, time_s, fps);
-        registers.push(result);
-    }
+    let registers = registers(tape, time_s, fps);
     tape.outputs.iter().map(|&output| read(&registers, output)).collect()
 }
 
 /// A texture's tape at `time_s`: what does not differ from point to point is a constant.
 pub(crate) fn still(tape: &Tape, time_s: f64, fps: f64) -> Tape {
+    let code = tape.code.iter().zip(registers(tape, time_s, fps)).zip(tape.varying());
+    let code = code.map(|((&instruction, value), varies)| if varies { instruction } else { Instruction::Const(value) });
+    Tape { code: code.collect(), outputs: tape.outputs.clone(), ..Tape::default() }
+}
+
+fn registers(tape: &Tape, time_s: f64, fps: f64) -> Vec<f64> {
     let mut registers = Vec::with_capacity(tape.code.len());
     for &instruction in &tape.code {
         let result = step(tape, instruction, &registers, time_s, fps);
         registers.push(result);
     }
-    let varying = tape.varying();
-    let code = tape.code.iter().zip(registers).zip(varying);
-    let code = code.map(|((&instruction, value), varies)| if varies { instruction } else { Instruction::Const(value) });
-    Tape { code: code.collect(), outputs: tape.outputs.clone(), ..Tape::default() }
+    registers
 }
 
 fn read(registers: &[f64], index: Register) -> f64 {

@@ -33,6 +33,14 @@ fn many_unknown_names() {
 }
 
 #[test]
+fn many_allowances() {
+    let comments = "// allow(W0201): why\n".repeat(20_000);
+    let found = codes(&format!("{comments}let x = 1\nsphere {{ }}\n"));
+    // The first of them allows that `x` is not used, the others nothing.
+    assert_eq!((found.len(), found.first(), found.last()), (19_999, Some(&"W0903"), Some(&"W0903")));
+}
+
+#[test]
 fn doubling() {
     let chain = |first: &str, next: fn(usize) -> String| {
         let lets: String = (0..64).map(|i| format!("let a{} = {}\n", i + 1, next(i))).collect();

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{UVec2, Vec4, Vec4Swizzles};
 use kinora_kernel::generated::{self, FeatureSum, PartsSum};
-use kinora_kernel::lanes::{self, Width};
+use kinora_kernel::lanes::{self, PixelSample, Width};
 use kinora_kernel::{Kernel, Packed};
 use rayon::prelude::*;
 
@@ -66,16 +66,9 @@ impl Backend for Cpu {
         samples: Range<u32>,
         control: &dyn Control,
     ) -> Result<Option<Vec<Vec4>>, BackendError> {
-        let (width, count) = (self.width, samples.len());
         self.each(pixels, control, |kernel, pixels| {
-            let mut sums = Vec::with_capacity(pixels.len());
-            for pixels in pixels.chunks((MOST_PATHS / count.max(1)).max(1)) {
-                let mut light = vec![Vec4::ZERO; pixels.len() * count];
-                let place = |i: usize| (pixels[i / count], samples.start + (i % count) as u32);
-                lanes::radiance(kernel, width, &place, &mut light);
-                sums.extend((0..pixels.len()).map(|i| light[i * count..][..count].iter().sum::<Vec4>()));
-            }
-            sums
+            let trace = |place: PixelSample<'_>, light: &mut [Vec4]| lanes::radiance(kernel, self.width, place, light);
+            sums(pixels, &samples, trace, |light| light.iter().sum())
         })
     }
 
@@ -85,20 +78,14 @@ impl Backend for Cpu {
         samples: Range<u32>,
         control: &dyn Control,
     ) -> Result<Option<Vec<Parts>>, BackendError> {
-        let (width, count) = (self.width, samples.len());
         self.each(pixels, control, |kernel, pixels| {
-            let mut sums = Vec::with_capacity(pixels.len());
-            for pixels in pixels.chunks((MOST_PATHS / count.max(1)).max(1)) {
-                let mut parts = vec![generated::Parts::default(); pixels.len() * count];
-                let place = |i: usize| (pixels[i / count], samples.start + (i % count) as u32);
-                lanes::radiance_parts(kernel, width, &place, &mut parts);
-                sums.extend((0..pixels.len()).map(|i| {
-                    let samples = parts[i * count..][..count].iter();
-                    let sum = samples.fold(PartsSum::default(), |sum, sample| kernel.parts_sum(sum, *sample));
-                    [sum.light, sum.squares, sum.emission, sum.diffuse, sum.specular]
-                }));
-            }
-            sums
+            let trace = |place: PixelSample<'_>, parts: &mut [generated::Parts]| {
+                lanes::radiance_parts(kernel, self.width, place, parts);
+            };
+            sums(pixels, &samples, trace, |parts| {
+                let sum = parts.iter().fold(PartsSum::default(), |sum, sample| kernel.parts_sum(sum, *sample));
+                [sum.light, sum.squares, sum.emission, sum.diffuse, sum.specular]
+            })
         })
     }
 
@@ -117,6 +104,23 @@ impl Backend for Cpu {
             pixels.iter().map(survey).collect()
         })
     }
+}
+
+// The sums over these samples of each of the pixels. `trace` fills a list with what it finds, `MOST_PATHS` at once.
+fn sums<T: Clone + Default, S>(
+    pixels: &[UVec2],
+    samples: &Range<u32>,
+    trace: impl Fn(PixelSample<'_>, &mut [T]),
+    sum: impl Fn(&[T]) -> S,
+) -> Vec<S> {
+    let count = samples.len();
+    let mut sums = Vec::with_capacity(pixels.len());
+    for pixels in pixels.chunks((MOST_PATHS / count.max(1)).max(1)) {
+        let mut found = vec![T::default(); pixels.len() * count];
+        trace(&|i| (pixels[i / count], samples.start + (i % count) as u32), &mut found);
+        sums.extend((0..pixels.len()).map(|i| sum(&found[i * count..][..count])));
+    }
+    sums
 }
 
 /// A part of a pass.

@@ -10,6 +10,8 @@ pub use gitlab::gitlab;
 pub use junit::junit;
 pub use sarif::sarif;
 
+use std::collections::HashMap;
+
 use kinora_lang::diagnostic::{Diagnostic, Listing, Style, render, render_short};
 use kinora_lang::source::{FileId, Position, Source};
 
@@ -76,21 +78,22 @@ impl<'a> Report<'a> {
     }
 }
 
-/// What stays the same when lines above a finding come or go: a hash of its file, code, message and line (FNV-1a, 64
-/// bits), and which of several such it is.
-fn fingerprint(report: &Report<'_>, found: &Diagnostic) -> String {
-    let key = |found: &Diagnostic| {
+/// Of each finding, in order, what stays the same when lines above it come or go: a hash of its file, code, message and
+/// line (FNV-1a, 64 bits), and which of several such it is.
+fn fingerprints(report: &Report<'_>) -> Vec<String> {
+    let mut times: HashMap<String, usize> = HashMap::new();
+    let one = |found: &Diagnostic| {
         let line = found.place().and_then(|(file, span)| Some((report.source(file)?, span)));
         let line = line.map_or("", |(source, span)| source.slice(source.line_span(source.line_index(span.start))));
-        [report.file_of(found), found.code, &found.message, line.trim()].join("\0")
+        let key = [report.file_of(found), found.code, &found.message, line.trim()].join("\0");
+        let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+        let times = times.entry(key).or_default();
+        *times += 1;
+        format!("{hash:016x}:{times}")
     };
-    let own = key(found);
-    let before = report.found.iter().take_while(|other| !std::ptr::eq(*other, found));
-    let same = before.filter(|other| other.code == found.code && key(other) == own).count();
-    let hash = own
-        .bytes()
-        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    format!("{hash:016x}:{}", same + 1)
+    report.found.iter().map(one).collect()
 }
 
 fn pretty(value: &serde_json::Value) -> String {

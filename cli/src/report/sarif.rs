@@ -4,21 +4,21 @@ use kinora_lang::diagnostic::{Diagnostic, Edit, Label, codes, severity};
 use kinora_lang::source::{FileId, Span};
 use serde_json::{Value, json};
 
-use super::{Report, fingerprint};
+use super::{Report, fingerprints};
 
 /// GitHub ignores what comes behind these.
 const MOST: usize = 5000;
 
 /// One run with the findings, errors first.
 pub fn sarif(report: &Report<'_>) -> String {
-    let mut found: Vec<&Diagnostic> = report.found.iter().collect();
-    found.sort_by_key(|found| !found.is_error());
+    let mut found: Vec<(&Diagnostic, String)> = report.found.iter().zip(fingerprints(report)).collect();
+    found.sort_by_key(|(found, _)| !found.is_error());
     found.truncate(MOST);
-    let mut used: Vec<&str> = found.iter().map(|found| found.code).collect();
+    let mut used: Vec<&str> = found.iter().map(|(found, _)| found.code).collect();
     used.sort_unstable();
     used.dedup();
     let rules: Vec<Value> = used.iter().filter_map(|code| rule(code)).collect();
-    let results: Vec<Value> = found.iter().map(|found| result(report, found, &used)).collect();
+    let results: Vec<Value> = found.iter().map(|(found, hash)| result(report, found, hash, &used)).collect();
     super::pretty(&json!({
         "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
         "version": "2.1.0",
@@ -47,7 +47,7 @@ fn rule(code: &str) -> Option<Value> {
     }))
 }
 
-fn result(report: &Report<'_>, found: &Diagnostic, used: &[&str]) -> Value {
+fn result(report: &Report<'_>, found: &Diagnostic, fingerprint: &str, used: &[&str]) -> Value {
     let mut result = json!({
         "ruleId": found.code,
         "ruleIndex": used.iter().position(|code| *code == found.code),
@@ -57,7 +57,7 @@ fn result(report: &Report<'_>, found: &Diagnostic, used: &[&str]) -> Value {
             Some(label) => physical(report, label),
             None => json!({ "artifactLocation": artifact(report.file_of(found)) }),
         } }],
-        "partialFingerprints": { "primaryLocationLineHash": fingerprint(report, found) },
+        "partialFingerprints": { "primaryLocationLineHash": fingerprint },
     });
     let related: Vec<Value> = found.labels.iter().skip(1).enumerate().map(|(at, label)| {
         json!({ "id": at, "message": { "text": label.text }, "physicalLocation": physical(report, label) })

@@ -1,8 +1,10 @@
 //! Warnings that a scene allows: `// allow(W0401): reason` on a line of its own above the line that gets them.
 
+use std::collections::HashMap;
+
 use super::{Applicability, Diagnostic, codes, levels::no_code};
-use crate::source::{Source, Span};
-use crate::syntax::starts_comment;
+use crate::source::{FileId, Source, Span};
+use crate::syntax::line_comments;
 
 const WORD: &str = "allow(";
 
@@ -11,8 +13,9 @@ struct Allowance<'s> {
     source: &'s Source,
     /// The comment, to the end of its line.
     comment: Span,
-    /// The code.
+    /// The code, as it is written and as it is.
     word: Span,
+    code: &'static str,
     /// The only code of its comment.
     alone: bool,
     /// The line it is about, from 0.
@@ -27,8 +30,9 @@ pub fn honour(mut diagnostics: Vec<Diagnostic>, sources: &[Source]) -> Vec<Diagn
     let mut wrong = Vec::new();
     let allowances: Vec<Allowance<'_>> = sources.iter().flat_map(|source| allowances(source, &mut wrong)).collect();
     let mut used = vec![false; allowances.len()];
+    let index = Index::new(&allowances);
     diagnostics.retain(|found| {
-        let by = allowances.iter().position(|allowance| allowance.allows(found));
+        let by = index.find(found, sources);
         if let Some(used) = by.and_then(|by| used.get_mut(by)) {
             *used = true;
         }
@@ -41,19 +45,39 @@ pub fn honour(mut diagnostics: Vec<Diagnostic>, sources: &[Source]) -> Vec<Diagn
     diagnostics
 }
 
-impl Allowance<'_> {
-    fn allows(&self, found: &Diagnostic) -> bool {
-        if found.is_error() || !self.source.slice(self.word).eq_ignore_ascii_case(found.code) {
-            return false;
+/// The first allowance of each code that is about a line, about a whole file, and about no file.
+#[derive(Default)]
+struct Index {
+    lines: HashMap<(FileId, u32, &'static str), usize>,
+    files: HashMap<(Option<FileId>, &'static str), usize>,
+}
+
+impl Index {
+    fn new(allowances: &[Allowance<'_>]) -> Index {
+        let mut index = Index::default();
+        for (at, &Allowance { source, code, line, first, .. }) in allowances.iter().enumerate() {
+            index.lines.entry((source.id, line, code)).or_insert(at);
+            for file in [Some(source.id), None].into_iter().filter(|_| first) {
+                index.files.entry((file, code)).or_insert(at);
+            }
         }
-        match found.place() {
-            Some((file, _)) if file != self.source.id => false,
-            Some((_, span)) if self.first && span.end == 0 => true,
-            Some((_, span)) => self.source.line_index(span.start) == self.line,
-            None => self.first,
-        }
+        index
     }
 
+    /// The first that allows a warning.
+    fn find(&self, found: &Diagnostic, sources: &[Source]) -> Option<usize> {
+        if found.is_error() {
+            return None;
+        }
+        let Some((file, span)) = found.place() else { return self.files.get(&(None, found.code)).copied() };
+        let source = sources.iter().find(|source| source.id == file)?;
+        let whole = (span.end == 0).then(|| self.files.get(&(Some(file), found.code))).flatten();
+        let line = self.lines.get(&(file, source.line_index(span.start), found.code));
+        whole.into_iter().chain(line).min().copied()
+    }
+}
+
+impl Allowance<'_> {
     /// W0903.
     fn unused(&self) -> Diagnostic {
         let code = self.source.slice(self.word);
@@ -75,19 +99,22 @@ impl Allowance<'_> {
 
 fn allowances<'s>(source: &'s Source, wrong: &mut Vec<Diagnostic>) -> Vec<Allowance<'s>> {
     let mut found = Vec::new();
-    for (at, _) in source.text.match_indices(WORD) {
-        let line = source.line_index(at as u32);
+    if !source.text.contains(WORD) {
+        return found;
+    }
+    let says = lines_that_say(source);
+    for start in line_comments(&source.text) {
+        let line = source.line_index(start as u32);
         let whole = source.line_span(line);
-        let before = source.slice(Span::new(whole.start, at as u32));
-        let Some(slashes) = before.trim_end().strip_suffix("//") else { continue };
-        let comment = Span::new(whole.start + slashes.len() as u32, whole.end);
-        if slashes.ends_with('/') || !starts_comment(&source.text, comment.start as usize) {
+        let comment = Span::new(start as u32, whole.end);
+        let text = source.slice(comment);
+        let Some(inside) = text.strip_prefix("//").and_then(|text| text.trim_start().strip_prefix(WORD)) else {
             continue;
-        }
+        };
         let mut report = |message: String, span: Span, label: &str, help: &str| {
             wrong.push(Diagnostic::new("W0902", message).primary(source.id, span, label).help(help));
         };
-        if !slashes.trim().is_empty() {
+        if !source.slice(Span::new(whole.start, comment.start)).trim().is_empty() {
             report(
                 "an allowance stands on a line of its own".into(),
                 comment,
@@ -96,13 +123,14 @@ fn allowances<'s>(source: &'s Source, wrong: &mut Vec<Diagnostic>) -> Vec<Allowa
             );
             continue;
         }
-        let inside = Span::new(at as u32 + WORD.len() as u32, whole.end);
-        let Some((list, _)) = source.slice(inside).split_once(')') else {
+        let Some((list, _)) = inside.split_once(')') else {
             report("this `(` is never closed".into(), comment, "here", "write `// allow(W0401): why`");
             continue;
         };
-        let (line, first) = (line_below(source, line), is_first(source, line));
-        let mut start = inside.start;
+        let above = says.partition_point(|says| *says <= line);
+        // The next line that is neither empty nor a comment.
+        let (line, first) = (says.get(above).copied().unwrap_or(line + 1), above == 0);
+        let mut start = comment.end - inside.len() as u32;
         for part in list.split(',') {
             let text = part.trim();
             let offset = start + (part.len() - part.trim_start().len()) as u32;
@@ -116,8 +144,9 @@ fn allowances<'s>(source: &'s Source, wrong: &mut Vec<Diagnostic>) -> Vec<Allowa
                     "an error's code",
                     "remove it, and what is wrong below",
                 ),
-                Some(_) => {
-                    found.push(Allowance { source, comment, word, alone: !list.contains(','), line, first });
+                Some(row) => {
+                    let (code, alone) = (row.code, !list.contains(','));
+                    found.push(Allowance { source, comment, word, code, alone, line, first });
                 }
             }
         }
@@ -125,27 +154,18 @@ fn allowances<'s>(source: &'s Source, wrong: &mut Vec<Diagnostic>) -> Vec<Allowa
     found
 }
 
-/// The next line that is neither empty nor a comment.
-fn line_below(source: &Source, line: u32) -> u32 {
+/// The lines that are neither empty nor comments, from 0.
+fn lines_that_say(source: &Source) -> Vec<u32> {
     let says = |line: &u32| {
         let text = source.slice(source.line_span(*line)).trim_start();
         !text.is_empty() && !text.starts_with("//")
     };
-    (line + 1..source.line_count()).find(says).unwrap_or(line + 1)
-}
-
-/// Whether nothing but comments stands above a line.
-fn is_first(source: &Source, line: u32) -> bool {
-    (0..line).all(|line| {
-        let text = source.slice(source.line_span(line)).trim_start();
-        text.is_empty() || text.starts_with("//")
-    })
+    (0..source.line_count()).filter(says).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::FileId;
 
     fn check(text: &str, at: Option<&str>, expected: &[(&str, &str)]) {
         let source = Source::new(FileId(0), "a.kin", text);

@@ -96,19 +96,26 @@ fn cut_behind(bytes: &[u8], close: usize) -> Option<u32> {
     (!goes_on).then_some(line as u32 + 1)
 }
 
-/// Whether a comment starts at the offset: neither in a string nor in another comment.
-pub fn starts_comment(text: &str, offset: usize) -> bool {
+/// Where the line comments of a text start: neither in strings nor in other comments.
+pub fn line_comments(text: &str) -> impl Iterator<Item = usize> {
     let bytes = text.as_bytes();
     let mut at = 0;
-    while at < offset {
-        at = match (bytes.get(at), bytes.get(at + 1)) {
-            (Some(b'"'), _) => string_end(bytes, at).0,
-            (Some(b'/'), Some(b'/')) => line_end(bytes, at),
-            (Some(b'/'), Some(b'*')) => comment_end(bytes, at),
-            _ => at + 1,
-        };
-    }
-    at == offset && matches!(bytes.get(at..), Some([b'/', b'/' | b'*', ..]))
+    std::iter::from_fn(move || {
+        while at < bytes.len() {
+            let start = at;
+            let is_comment = bytes[at..].starts_with(b"//");
+            at = match (bytes.get(at), bytes.get(at + 1)) {
+                (Some(b'"'), _) => string_end(bytes, at).0,
+                _ if is_comment => line_end(bytes, at),
+                (Some(b'/'), Some(b'*')) => comment_end(bytes, at),
+                _ => at + 1,
+            };
+            if is_comment {
+                return Some(start);
+            }
+        }
+        None
+    })
 }
 
 /// Behind the closing quote and true, or the line's end and false if there is none.
