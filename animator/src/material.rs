@@ -61,9 +61,10 @@ pub(crate) fn material(
             thin,
             priority,
         },
-        Bsdf::Glossy { base, ior, roughness, metalness } => Bsdf::Glossy {
+        Bsdf::Glossy { base, ior, tint, roughness, metalness } => Bsdf::Glossy {
             base: inner("base", *base)?,
             ior: read.check("ior", *ior, Range::FromOne)?,
+            tint: read.color("tint", tint, Range::ZeroToOne)?,
             roughness: read.number("roughness", roughness, Range::ZeroToOne)?,
             metalness: read.number("metalness", metalness, Range::ZeroToOne)?,
         },

@@ -172,7 +172,7 @@ fn every_value_is_taken_when_the_shutter_opens() {
         Bsdf::Emitter { color: Color::X.into(), emission: Emission::Power(time()), two_sided: true }.into(),
         Bsdf::Emitter { color: Color::X.into(), emission: Emission::Radiance(time()), two_sided: false }.into(),
         glass(1.5.into(), time()).into(),
-        Bsdf::Glossy { base: 1, ior: 1.3, roughness: time(), metalness: time() }.into(),
+        Bsdf::Glossy { base: 1, ior: 1.3, tint: Color::ONE.into(), roughness: time(), metalness: time() }.into(),
         Bsdf::Mix { a: 5, b: 2, amount: time() }.into(),
     ];
     scene.sky = Some(Sky { light: SkyLight::Color(Color::Y.into()), strength: time(), visible: false });
@@ -196,7 +196,7 @@ fn every_value_is_taken_when_the_shutter_opens() {
             Bsdf::Emitter { color: Color::X, emission: Emission::Power(0.5), two_sided: true }.into(),
             Bsdf::Emitter { color: Color::X, emission: Emission::Radiance(0.5), two_sided: false }.into(),
             glass(1.5, 0.5).into(),
-            Bsdf::Glossy { base: 1, ior: 1.3, roughness: 0.5, metalness: 0.5 }.into(),
+            Bsdf::Glossy { base: 1, ior: 1.3, tint: Color::ONE, roughness: 0.5, metalness: 0.5 }.into(),
             Bsdf::Mix { a: 5, b: 2, amount: 0.5 }.into(),
         ]
     );
@@ -462,7 +462,8 @@ fn faults_of_materials_name_who_wears_them() {
     check(lamp(white(), Emission::Power((-1.0).into())), "power", too(-1.0, "0 or more"));
     check(lamp(white(), Emission::Radiance((-1.0).into())), "radiance", too(-1.0, "0 or more"));
     check(lamp(Color::new(2.0, -1.0, 0.0).into(), Emission::Power(1.0.into())), "color", too(-1.0, "0 or more"));
-    let made_of_itself = Bsdf::Glossy { base: 0, ior: 1.5, roughness: 0.0.into(), metalness: 0.0.into() };
+    let made_of_itself =
+        Bsdf::Glossy { base: 0, ior: 1.5, tint: Color::ONE.into(), roughness: 0.0.into(), metalness: 0.0.into() };
     check(made_of_itself, "base", Fault::Dangling);
     let opaque = |opacity: f64| Material { opacity: opacity.into(), ..diffuse(white(), 0.0.into()).into() };
     check_edit(|scene| scene.materials[0] = opaque(1.5), Place::Material(0), "opacity", too(1.5, "0 to 1"));
@@ -485,6 +486,7 @@ fn faults_of_what_is_made_of_materials() {
     let coat = |base, ior, roughness: f64, metalness: f64| Bsdf::Glossy {
         base,
         ior,
+        tint: Color::ONE.into(),
         roughness: roughness.into(),
         metalness: metalness.into(),
     };

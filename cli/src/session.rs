@@ -269,7 +269,7 @@ impl Loaded {
         let code = match (error.fault, error.property) {
             (Fault::NotFinite, _) => "E0403",
             (Fault::OutOfRange { .. }, "ior") => "E0406",
-            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "roughness" | "attenuation_color")
+            (Fault::OutOfRange { .. }, "color" | "edge_tint" | "tint" | "roughness" | "attenuation_color")
                 if !matches!(error.place, Place::Sky | Place::Light(_)) =>
             {
                 "E0407"

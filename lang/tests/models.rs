@@ -257,6 +257,8 @@ fn cameras_and_lights() {
     assert_eq!(lens.projection, Projection::Orthographic(4.0));
 }
 
+const ONE_TEXEL: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP43+AAAARBAcAM0e2RAAAAAElFTkSuQmCC";
+
 #[test]
 fn materials_become_trees() {
     let build = |material: Value, extensions: &[&str]| {
@@ -264,13 +266,15 @@ fn materials_become_trees() {
         let mut used = vec!["KHR_mesh_quantization"];
         used.extend(extensions);
         changes.push(("/extensionsUsed", json!(used)));
+        changes.push(("/images", json!([{ "uri": format!("data:image/png;base64,{ONE_TEXEL}") }])));
+        changes.push(("/textures", json!([{ "source": 0 }])));
         let model = read(&with(&changes)).unwrap();
         let root = model.nodes.iter().find_map(|part| part.shape.clone()).unwrap().1;
         (model.materials[root].clone(), model)
     };
     let (material, model) =
         build(json!({ "pbrMetallicRoughness": { "metallicFactor": 0.25, "roughnessFactor": 0.5 } }), &[]);
-    let Bsdf::Glossy { base, ior, roughness, metalness } = material.bsdf else { panic!() };
+    let Bsdf::Glossy { base, ior, roughness, metalness, .. } = material.bsdf else { panic!() };
     assert!((ior - 1.5).abs() < 1e-9);
     assert_eq!((roughness.constant(), metalness.constant()), (Some(&0.5), Some(&0.25)));
     // The colours of the vertices scale that of the base.
@@ -309,6 +313,24 @@ fn materials_become_trees() {
     let (material, _) = build(specular, &["KHR_materials_specular"]);
     let Bsdf::Glossy { ior, .. } = material.bsdf else { panic!() };
     assert!((ior - 1.1 / 0.9).abs() < 1e-9, "{ior}");
+
+    // The brightest channel is part of the index, the others are a tint beside it.
+    let tinted = json!({ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": { "KHR_materials_specular": {
+        "specularColorFactor": [0.25, 0.125, 0], "specularColorTexture": { "index": 0 } } } });
+    let (material, model) = build(tinted, &["KHR_materials_specular"]);
+    let Bsdf::Glossy { ior, ref tint, .. } = material.bsdf else { panic!() };
+    assert!((ior - 1.1 / 0.9).abs() < 1e-9, "{ior}");
+    assert_eq!(tint.constant(), Some(&Vec3::new(1.0, 0.5, 0.0)));
+    assert!(material.maps.iter().any(|map| map.slot == Slot::Color), "{:?}", material.maps);
+    assert_eq!(model.warnings.iter().count(), 0);
+
+    let brushed = json!({ "extensions": { "KHR_materials_anisotropy": {
+        "anisotropyStrength": 0.5, "anisotropyRotation": 0.3, "anisotropyTexture": { "index": 0 } } } });
+    let (material, model) = build(brushed, &["KHR_materials_anisotropy"]);
+    let Bsdf::Mix { b, .. } = material.bsdf else { panic!("metal mixed in") };
+    let Bsdf::Metal { anisotropy, anisotropy_rotation, .. } = model.materials[b].bsdf else { panic!() };
+    assert_eq!((anisotropy, anisotropy_rotation), (0.5, 0.3));
+    assert!(model.materials[b].maps.iter().any(|map| map.slot == Slot::Stretch));
 }
 
 #[test]

@@ -303,8 +303,13 @@ fn materials_and_estimators() {
     let render = &scene.render;
     assert_eq!((render.mis, render.clamp), (Mis::OneSample(0.2), Some(3.0)));
     assert_eq!((render.background, render.view), (Background::Transparent, Shown::Cost));
-    let glossy =
-        |base, roughness: f64| Bsdf::Glossy { base, ior: 1.5, roughness: roughness.into(), metalness: 0.0.into() };
+    let glossy = |base, roughness: f64| Bsdf::Glossy {
+        base,
+        ior: 1.5,
+        tint: Color::ONE.into(),
+        roughness: roughness.into(),
+        metalness: 0.0.into(),
+    };
     let diffuse = |color: f32, model| Bsdf::Diffuse { color: Color::splat(color).into(), roughness: 0.0.into(), model };
     let expected: [Material<Animated>; 7] = [
         Bsdf::Metal {

@@ -6,11 +6,11 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
 use kinora_scene::{
     Background, Binary, Blades, Bsdf, Cell, Clock, Color, Copied, DiffuseModel, Emission, Filter, Frame, Instance,
-    Instruction, Look, Map, Material, Mesh, Mis, Part, Point, Program, Projection, Reflectance, Render, Sampler, Shape,
-    Shown, Sky, SkyLight, Slot, Still, Tape, Texture, Tonemap, Unary, View, World,
+    Instruction, Look, Map, Material, Mesh, Mis, Paint, Part, Point, Program, Projection, Reflectance, Render, Sampler,
+    Shape, Shown, Sky, SkyLight, Slot, Still, Tape, Texture, Tonemap, Unary, UvSet, View, World,
 };
 
 use crate::backend::{Backend, BackendError};
@@ -63,6 +63,7 @@ pub const CASES: &[(&str, Case)] = &[
     ("motion is the way to the next frame", motion),
     ("copies show what their parts written out would", copies),
     ("colours computed at a point", computed),
+    ("a map of stretches", stretched),
     ("copies move with their parts", copies_in_motion),
     ("a window has the pixels of the whole", windows),
     ("a transparent background has alpha", transparent),
@@ -544,7 +545,9 @@ fn layers(renderer: &mut Renderer) {
     let mut w = world([9, 9], 20, front());
     w.render.view = Shown::Albedo;
     let gold = metal(Color::new(1.0, 0.8, 0.25), 0.5);
-    let coated = |metalness| move |base| Material::from(Bsdf::Glossy { base, ior: 1.5, roughness: 0.0, metalness });
+    let coated = |metalness| {
+        move |base| Material::from(Bsdf::Glossy { base, ior: 1.5, tint: Vec3::ONE, roughness: 0.0, metalness })
+    };
     for (x, z, material) in
         [(-0.8, 0.0, diffuse(0.25, 0.5)), (0.0, 1.0, gold), (0.8, 0.5, emitter(Emission::Radiance(0.5)))]
     {
@@ -729,6 +732,43 @@ fn computed(renderer: &mut Renderer) {
     }
 }
 
+// A map that is the same everywhere is what its numbers say: α 0.16 across, mix(0.16, 1, 0.56²) along, turned by 90° + 20°.
+fn stretched(renderer: &mut Renderer) {
+    let (across, strength) = (0.16_f64, 0.7 * 0.8);
+    let along = across + (1.0 - across) * strength * strength;
+    let ratio = across / along;
+    let roughness = (along / (2.0 / (1.0 + ratio * ratio)).sqrt()).sqrt();
+    let brushed = |roughness, anisotropy, degrees: f64, maps| Material {
+        maps,
+        ..Bsdf::Metal {
+            reflectance: Reflectance::Tint { color: Color::splat(0.8), edge_tint: Color::ONE },
+            roughness,
+            anisotropy,
+            anisotropy_rotation: degrees.to_radians(),
+            energy_compensation: true,
+        }
+        .into()
+    };
+    let paint = || Paint::Color(Vec4::new(0.5, 1.0, 0.8, 1.0));
+    let texture = Texture::Checker { a: paint(), b: paint(), scale: Vec2::ONE, uv_set: UvSet::First };
+    let map = Map { slot: Slot::Stretch, texture: Arc::new(texture) };
+    let mut pictures = Vec::new();
+    for material in [brushed(roughness, 1.0 - ratio, 110.0, vec![]), brushed(0.4, 0.7, 20.0, vec![map])] {
+        let mut w = world([16, 16], 64, front());
+        add(&mut w, Shape::Sphere { radius_m: 1.0 }, DAffine3::IDENTITY, material);
+        let lamp = emitter(Emission::Radiance(4.0));
+        add(&mut w, quad(DVec3::Z, 2.0, 2.0), at(-1.5, 2.0, -2.0), lamp.clone());
+        add(&mut w, quad(-DVec3::Z, 2.0, 1.0), at(2.0, 2.0, 5.0), lamp);
+        pictures.push(trace(renderer, &w));
+    }
+    let all = mean(&pictures[0]);
+    assert!(all > 0.05, "{all}");
+    for (i, (plain, mapped)) in pictures[0].iter().zip(&pictures[1]).enumerate() {
+        let off = f64::from((*plain - *mapped).abs().max_element());
+        assert!(off < 0.02 * all, "pixel {i} is {mapped} by a map, {plain} without");
+    }
+}
+
 fn windows(renderer: &mut Renderer) {
     let w = all_kinds();
     let whole = survey(renderer, &w);
@@ -840,7 +880,7 @@ fn parts(renderer: &mut Renderer) {
     w.materials.push(diffuse(0.8, 0.3));
     let base = w.materials.len() - 1;
     for (x, roughness) in [(0.3, 0.3), (-0.4, 0.0)] {
-        let coated = Bsdf::Glossy { base, ior: 1.5, roughness, metalness: 0.2 };
+        let coated = Bsdf::Glossy { base, ior: 1.5, tint: Vec3::ONE, roughness, metalness: 0.2 };
         add(&mut w, Shape::Sphere { radius_m: 0.25 }, at(x, 0.9, 0.8), coated.into());
     }
     let pixels = 40 * 24;
@@ -898,7 +938,8 @@ fn coats_in_parts(renderer: &mut Renderer) {
             w.render.max_bounces = 1;
             add(&mut w, Shape::Box { size_m: DVec3::splat(4.0) }, DAffine3::IDENTITY, lit.clone().into());
             w.materials.push(diffuse(rho, 0.0));
-            let coated = Bsdf::Glossy { base: w.materials.len() - 1, ior: 1.5, roughness, metalness: 0.0 };
+            let coated =
+                Bsdf::Glossy { base: w.materials.len() - 1, ior: 1.5, tint: Vec3::ONE, roughness, metalness: 0.0 };
             let turned = DAffine3::from_rotation_y(tilt);
             add(&mut w, quad(DVec3::Z, 1.0, 1.0), turned, coated.into());
             let film = in_parts(renderer, &w);

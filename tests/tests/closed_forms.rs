@@ -407,7 +407,7 @@ fn albedos() {
         let eye = close_up(DVec3::ZERO, 2.0 * DVec3::new((1.0 - mu * mu).sqrt(), mu, 0.0));
         let scene = format!("{eye}sky {{ color: grey(1) }}\nplane {{ material: {material} }}");
         let name = format!("{material} at {mu:.3}");
-        let samples = if truth.max_element() < 0.2 { 8192 } else { 128 };
+        let samples = if truth.max_element() < 0.2 { 12288 } else { 128 };
         cases.push(Case { truth, ..case(name, &format!("max_bounces: 1, samples: {samples}"), scene, 0.0, tolerance) });
     };
     let same = DVec3::splat;
@@ -455,6 +455,13 @@ fn albedos() {
     for mu in [0.2, 0.5, 1.0] {
         let f = fresnel(mu, 1.5);
         albedo("glossy { color: grey(0.5), roughness: 0 }", mu, same(f + 0.5 * (1.0 - f)), EXACT);
+    }
+    // A tinted coat: the tint straight on, white where it grazes, and its base is covered as by a white one.
+    let tint = DVec3::new(1.0, 0.5, 0.0);
+    for mu in [0.2, 0.5, 1.0] {
+        let (f, grazing) = (fresnel(mu, 1.5), (1.0_f64 - mu).powi(5));
+        let truth = f * (tint + (1.0 - tint) * grazing) + 0.5 * (1.0 - f);
+        albedo("glossy { color: grey(0.5), tint: linear(1, 0.5, 0), roughness: 0 }", mu, truth, EXACT);
     }
     let coat = 0.105404 + 0.5 * (1.0 - 0.105404);
     albedo("glossy { color: grey(0.5), roughness: 0.5 }", 0.3, same(coat), 0.003);

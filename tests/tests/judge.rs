@@ -57,6 +57,21 @@ const CASES: &[Case] = &[
         tolerance: 1e-3,
     },
     Case {
+        name: "tinted coats, one over another",
+        render: "max_bounces: 4",
+        scene: "
+            camera { position: (0, 1.5, 5), look_at: (0, 0, 0), fov: 24deg }
+            sky { color: grey(0.2) }
+            quad { position: (-3, 2, 1), normal: (1, -1, 0), size: (4, 4), material: emitter { color: linear(4, 3, 2) } }
+            glossy under { color: linear(0.5, 0.2, 0.1), ior: 2.5, tint: linear(0.2, 1, 0.4), roughness: 0.5 }
+            sphere { position: (-0.5, 0, 0), radius: 0.45, material: under }
+            quad { position: (0.5, 0, 0), normal: (0.2, 1, 0.3), size: (0.9, 0.9),
+                material: glossy { base: under, ior: 2, tint: linear(1, 0.3, 0), roughness: 0.3 } }",
+        regions: HALVES,
+        paths: 800_000,
+        tolerance: 3e-3,
+    },
+    Case {
         name: "brushed metals",
         render: "max_bounces: 3",
         scene: "

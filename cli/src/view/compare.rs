@@ -96,7 +96,7 @@ fn material_moves(material: &Material<Animated>) -> bool {
                 }
         }
         Bsdf::Dielectric { ior, roughness, .. } => runs(ior) || runs(roughness),
-        Bsdf::Glossy { roughness, metalness, .. } => runs(roughness) || runs(metalness),
+        Bsdf::Glossy { tint, roughness, metalness, .. } => runs(tint) || runs(roughness) || runs(metalness),
         Bsdf::Sheen { color, roughness, .. } => runs(color) || runs(roughness),
         Bsdf::Mix { amount, .. } => runs(amount),
         Bsdf::Emitter { color, emission, .. } => {

@@ -529,6 +529,8 @@ pub enum Bsdf<R: Rate> {
         base: usize,
         /// Refractive index of the coat, 1 or more.
         ior: f64,
+        /// Of what the coat reflects where it is seen straight on, 0..=1 a channel; at grazing angles it is white.
+        tint: R::Of<Color>,
         /// Of the coat, perceptual, 0..=1.
         roughness: R::Of<f64>,
         /// 0..=1: mixes in a metal of the base's colour and the coat's roughness.

@@ -20,7 +20,7 @@ pub struct Map {
 /// The properties that a texture can scale. A slot that the kind of material does not have is ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Slot {
-    /// diffuse, metal (at normal incidence), emitter: `color`. dielectric: of white light that has passed a sheet, or gone
+    /// diffuse, metal (at normal incidence), emitter: `color`. glossy: `tint`. dielectric: of white light that has passed a sheet, or gone
     /// into a body and out again.
     Color,
     /// metal: `edge_tint`.
@@ -29,6 +29,10 @@ pub enum Slot {
     Roughness,
     /// metal: `anisotropy`.
     Anisotropy,
+    /// metal: which way it is stretched and how far, as KHR_materials_anisotropy has it. Red and green are a direction of the
+    /// tangent plane, each stored as (x + 1) / 2, to which `anisotropy_rotation` is added. Blue scales `anisotropy`, which then
+    /// means that α is widened along that direction to mix(α, 1, anisotropy²) and kept across it.
+    Stretch,
     /// glossy: `metalness`.
     Metalness,
     /// mix: `amount`.

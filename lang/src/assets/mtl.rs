@@ -111,7 +111,13 @@ impl<'a> Library<'a> {
             maps.extend(self.map(map_pr.as_ref(), Slot::Roughness));
             maps.extend(self.map(map_pm.as_ref(), Slot::Metalness));
             let metalness = ratio(pm.unwrap_or(if map_pm.is_some() { 1.0 } else { 0.0 }));
-            let coat = Bsdf::Glossy { base: root, ior, roughness: roughness.into(), metalness: metalness.into() };
+            let coat = Bsdf::Glossy {
+                base: root,
+                ior,
+                tint: Color::ONE.into(),
+                roughness: roughness.into(),
+                metalness: metalness.into(),
+            };
             root = self.push(coat, maps);
         }
         for (name, what) in [("Ps", "sheen (Ps)"), ("Pc", "a clear coat (Pc)"), ("aniso", "anisotropy (aniso)")] {

@@ -45,7 +45,7 @@ pub struct TextureRequest {
 fn slot_of(name: &str, texture: &Texture) -> Option<Slot> {
     Some(match (name, texture) {
         ("normal", Texture::Normal { strength, .. }) => Slot::Normal { strength: *strength },
-        ("color", _) => Slot::Color,
+        ("color" | "tint", _) => Slot::Color,
         ("edge_tint", _) => Slot::EdgeTint,
         ("roughness", _) => Slot::Roughness,
         ("anisotropy", _) => Slot::Anisotropy,
@@ -181,6 +181,7 @@ impl<'a> Lower<'_, 'a> {
                 Bsdf::Glossy {
                     base,
                     ior: read::number(node, "ior"),
+                    tint: read::track(self.machine, node, "tint"),
                     roughness: read::track(self.machine, node, "roughness"),
                     metalness: read::track(self.machine, node, "metalness"),
                 }

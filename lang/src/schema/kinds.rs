@@ -310,6 +310,10 @@ const GLOSSY: &[Property] = &[
         .moving()
         .varying(),
     row("ior", NUMBER, Default::Number(1.5), "of the coat").check(Check::Ior),
+    row("tint", Type::Color, ONE, "of the coat's reflection straight on; it is white at grazing angles")
+        .check(Check::Reflectance)
+        .moving()
+        .varying(),
     row("roughness", NUMBER, Default::Number(0.1), "of the coat").check(Check::Ratio).moving().varying(),
     row("metalness", NUMBER, ZERO, "share of a metal of the base's color").check(Check::Ratio).moving().varying(),
 ];

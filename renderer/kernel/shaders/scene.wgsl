@@ -27,6 +27,8 @@ const DIFFUSE_MODEL: u32 = 3u;
 const METAL_SPECTRUM: u32 = 1u;
 /// Light scattered more than once between microfacets is added.
 const COMPENSATE: u32 = 2u;
+/// Stretched as a texture says: see SLOT_STRETCH.
+const METAL_STRETCHED: u32 = 4u;
 /// A sheet without thickness.
 const DIELECTRIC_THIN: u32 = 4u;
 /// What passes has a colour from a texture.

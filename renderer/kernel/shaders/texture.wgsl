@@ -51,6 +51,8 @@ const SLOT_ROUGHNESS: u32 = 2u;
 const SLOT_ANISOTROPY: u32 = 3u;
 const SLOT_METALNESS: u32 = 4u;
 const SLOT_AMOUNT: u32 = 5u;
+/// Which way a metal is stretched, and how far.
+const SLOT_STRETCH: u32 = 6u;
 
 /// The four words of a material at `Params::textures`: the list of its maps, the terms of its opacity, its normal
 /// map (the texture, then the strength), and flags.
@@ -336,6 +338,18 @@ fn average_lost(roughness: f32, anisotropy: f32) -> f32 {
     );
 }
 
+// Roughness and anisotropy where α is widened along the tangent to mix(α, 1, strength²) and kept across it
+// (KHR_materials_anisotropy), as `ggx_widths` takes them.
+fn stretched(roughness: f32, strength: f32) -> vec2<f32> {
+    if strength == 0.0 {
+        return vec2<f32>(roughness, 0.0);
+    }
+    let across = max(square(roughness), MIRROR_ALPHA);
+    let along = mix(across, 1.0, square(strength));
+    let ratio = across / along;
+    return vec2<f32>(min(sqrt(along / sqrt(2.0 / (1.0 + square(ratio)))), 1.0), 1.0 - ratio);
+}
+
 // What follows from a metal's values: α, the term a of F82-tint from the tint in `extra`, and what is scattered more than
 // once, from the average reflectance in `more` where it is measured.
 fn finish_metal(m: ptr<function, Material>) {
@@ -384,6 +398,17 @@ fn material_on(material: u32, s: Surface) -> Material {
                 case SLOT_ANISOTROPY, SLOT_METALNESS: {
                     m.lobe.w *= value.x;
                 }
+                case SLOT_STRETCH: {
+                    m.lobe.w *= value.z;
+                    let way = 2.0 * value.xy - vec2<f32>(1.0);
+                    let length_2 = dot(way, way);
+                    if length_2 > 1e-6 {
+                        let turn = way / sqrt(length_2);
+                        let cosine = m.color.w * turn.x - m.extra.w * turn.y;
+                        m.extra.w = m.extra.w * turn.x + m.color.w * turn.y;
+                        m.color.w = cosine;
+                    }
+                }
                 default: {
                     m.lobe.x *= value.x;
                 }
@@ -396,6 +421,9 @@ fn material_on(material: u32, s: Surface) -> Material {
                 m.color = clamp(m.color, vec4<f32>(0.0), vec4<f32>(1.0));
             }
             case MATERIAL_METAL: {
+                if (m.kind.y & METAL_STRETCHED) != 0u {
+                    m.lobe = vec4<f32>(m.lobe.xy, stretched(m.lobe.z, m.lobe.w));
+                }
                 if (m.kind.y & METAL_SPECTRUM) == 0u {
                     m.color = vec4<f32>(clamp(m.color.xyz, vec3<f32>(0.0), vec3<f32>(1.0)), m.color.w);
                     m.extra = vec4<f32>(clamp(m.extra.xyz, vec3<f32>(0.0), vec3<f32>(1.0)), m.extra.w);
@@ -415,6 +443,7 @@ fn material_on(material: u32, s: Surface) -> Material {
                 }
             }
             case MATERIAL_GLOSSY: {
+                m.color = clamp(m.color, vec4<f32>(0.0), vec4<f32>(1.0));
                 m.lobe.x = ggx_widths(m.lobe.z, 0.0).x;
             }
             case MATERIAL_SHEEN: {

@@ -8,8 +8,8 @@ use kinora_kernel::generated::{
     CHOICE, COMPENSATE, DIELECTRIC_THIN, DIELECTRIC_TINTED, DIFFUSE_EON, DIFFUSE_FON, DIFFUSE_QON, EMITTER_GLOW,
     EMITTER_TWO_SIDED, MAPS_FLAGS, MAPS_LIST, MAPS_NORMAL, MAPS_OPACITY, MAPS_OPEN, MAPS_SPLIT, MATERIAL_DIELECTRIC,
     MATERIAL_DIFFUSE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_METAL, MATERIAL_MIX, MATERIAL_SHEEN, MAX_DEPTH,
-    METAL_SPECTRUM, MIRROR_ALPHA, NONE, SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT, SLOT_METALNESS,
-    SLOT_ROUGHNESS,
+    METAL_SPECTRUM, METAL_STRETCHED, MIRROR_ALPHA, NONE, SLOT_AMOUNT, SLOT_ANISOTROPY, SLOT_COLOR, SLOT_EDGE_TINT,
+    SLOT_METALNESS, SLOT_ROUGHNESS, SLOT_STRETCH,
 };
 use kinora_kernel::{Material as Packed, Packed as Scene, albedo};
 use kinora_scene::{Bsdf, DiffuseModel, Emission, Map, Material, Reflectance, Slot, Still};
@@ -155,7 +155,8 @@ impl Packer<'_> {
     }
 
     fn own_reads(&self, material: &Material<Still>) -> Reads {
-        let stretched = matches!(material.bsdf, Bsdf::Metal { anisotropy, .. } if anisotropy > 0.0);
+        let stretched = matches!(material.bsdf, Bsdf::Metal { anisotropy, .. } if anisotropy > 0.0)
+            || has_slot(&material.maps, |slot| slot == Slot::Stretch);
         let normals = material.maps.iter().any(|map| matches!(map.slot, Slot::Normal { .. }));
         let local = tapes::reads_local(&material.maps);
         Reads { textures: !material.maps.is_empty(), tangents: stretched || normals, normals, local }
@@ -209,6 +210,8 @@ impl Packer<'_> {
                         (n, k, METAL_SPECTRUM)
                     }
                 };
+                let stretched = has_slot(&material.maps, |slot| slot == Slot::Stretch);
+                let flags = flags | if stretched { METAL_STRETCHED } else { 0 };
                 let record = Packed {
                     color: color.extend(anisotropy_rotation.cos() as f32),
                     extra: extra.extend(anisotropy_rotation.sin() as f32),
@@ -245,11 +248,12 @@ impl Packer<'_> {
                     ..Packed::default()
                 }
             }
-            &Bsdf::Glossy { base, ior, roughness, metalness } => {
+            &Bsdf::Glossy { base, ior, tint, roughness, metalness } => {
                 let lobe = widths(roughness, 0.0);
                 // Never chosen where there is no metal.
                 let metal = if metalness > 0.0 { self.metal_of(base, roughness, &material.maps)? } else { NONE };
                 Packed {
+                    color: tint.extend(0.0),
                     lobe: Vec4::new(lobe.x, ior as f32, roughness as f32, metalness as f32),
                     kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base as u32, metal),
                     ..Packed::default()
@@ -344,11 +348,11 @@ fn slots_of(material: &Material<Still>) -> &'static [Slot] {
     match &material.bsdf {
         Bsdf::Diffuse { .. } => &[Slot::Color, Slot::Roughness],
         Bsdf::Metal { reflectance: Reflectance::Tint { .. }, .. } => {
-            &[Slot::Color, Slot::EdgeTint, Slot::Roughness, Slot::Anisotropy]
+            &[Slot::Color, Slot::EdgeTint, Slot::Roughness, Slot::Anisotropy, Slot::Stretch]
         }
-        Bsdf::Metal { .. } => &[Slot::Roughness, Slot::Anisotropy],
+        Bsdf::Metal { .. } => &[Slot::Roughness, Slot::Anisotropy, Slot::Stretch],
         Bsdf::Dielectric { .. } => &[Slot::Color, Slot::Roughness],
-        Bsdf::Glossy { .. } => &[Slot::Roughness, Slot::Metalness],
+        Bsdf::Glossy { .. } => &[Slot::Color, Slot::Roughness, Slot::Metalness],
         Bsdf::Sheen { .. } => &[Slot::Color, Slot::Roughness],
         Bsdf::Mix { .. } => &[Slot::Amount],
         Bsdf::Emitter { .. } => &[],
@@ -362,6 +366,7 @@ fn slot_code(slot: Slot) -> u32 {
         Slot::Anisotropy => SLOT_ANISOTROPY,
         Slot::Metalness => SLOT_METALNESS,
         Slot::Amount => SLOT_AMOUNT,
+        Slot::Stretch => SLOT_STRETCH,
         _ => SLOT_COLOR,
     }
 }

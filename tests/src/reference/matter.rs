@@ -19,7 +19,7 @@ pub enum Lobe {
     /// A hole.
     Nothing,
     /// The coat of a glossy material.
-    Coat { alpha: f64, ior: f64 },
+    Coat { alpha: f64, ior: f64, tint: DVec3 },
     /// The fibres of the material with this index.
     Fibres { material: usize },
     /// The material with this index, or the metal of a metallic glossy material.
@@ -140,10 +140,10 @@ impl<'w> Matter<'w> {
                 Bsdf::Glossy { metalness, .. } if rng.next() < metalness => {
                     return (Lobe::Leaf { material: at, metal: true }, factor);
                 }
-                Bsdf::Glossy { ior, roughness, base, .. } => {
+                Bsdf::Glossy { ior, tint, roughness, base, .. } => {
                     factor *= 2.0;
                     if rng.next() < 0.5 {
-                        return (Lobe::Coat { alpha: roughness * roughness, ior }, factor);
+                        return (Lobe::Coat { alpha: roughness * roughness, ior, tint: tint.as_dvec3() }, factor);
                     }
                     factor *= 1.0 - self.coat_albedo(at, c);
                     at = base;
@@ -192,10 +192,12 @@ impl<'w> Matter<'w> {
     pub fn scatter(&self, lobe: &Lobe, wo: DVec3, eta: f64, rng: &mut Rng) -> Scattered {
         match *lobe {
             Lobe::Nothing => None,
-            Lobe::Coat { alpha, ior } => {
+            Lobe::Coat { alpha, ior, tint } => {
                 let (m, seen) = facet(wo, DVec2::splat(alpha), rng);
                 let wi = reflect(wo, m);
-                Some((wi, DVec3::splat(seen * fresnel(wo.dot(m), ior) * both_see(wo, wi, DVec2::splat(alpha)))))
+                let c = wo.dot(m);
+                let white = seen * fresnel(c, ior) * both_see(wo, wi, DVec2::splat(alpha));
+                Some((wi, white * tint.lerp(DVec3::ONE, (1.0 - c).powi(5))))
             }
             Lobe::Fibres { material } => {
                 let Bsdf::Sheen { color, roughness, .. } = &self.materials[material].bsdf else { return None };

@@ -139,14 +139,18 @@ impl Materials<'_> {
 
         // The coat of a dielectric: F0 scaled by KHR_materials_specular.
         let mut f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
-        let mut shares = Vec::new();
+        let (mut tint, mut tints, mut shares) = (Color::ONE, Vec::new(), Vec::new());
         if let Some(specular) = extension(material, "KHR_materials_specular") {
-            let tint = numbers::<3>(specular, "specularColorFactor").unwrap_or([1.0; 3]);
-            let grey = 0.2126 * tint[0] + 0.7152 * tint[1] + 0.0722 * tint[2];
-            if tint.iter().any(|part| (part - grey).abs() > 1e-3) || specular.get("specularColorTexture").is_some() {
-                self.warnings.add("the tint of KHR_materials_specular", "only how bright it is counts");
+            let factors = numbers::<3>(specular, "specularColorFactor").unwrap_or([1.0; 3]);
+            // The brightest channel goes into the index of refraction, since a tint has none above 1.
+            let most = factors.into_iter().fold(0.0, f64::max);
+            if most > 0.0 {
+                tint = Vec3::from_array(factors.map(|part| (part / most) as f32));
             }
-            f0 = (f0 * factor(specular, "specularFactor", 1.0) * grey).clamp(0.0, 0.999);
+            f0 = (f0 * factor(specular, "specularFactor", 1.0) * most).clamp(0.0, 0.999);
+            if let Some(texture) = specular.get("specularColorTexture") {
+                tints.extend(self.map(texture, Slot::Color, Channel::Color, ColorSpace::Srgb, sets)?);
+            }
             if let Some(texture) = specular.get("specularTexture") {
                 shares.extend(self.map(texture, Slot::Amount, Channel::A, ColorSpace::Linear, sets)?);
             }
@@ -155,8 +159,9 @@ impl Materials<'_> {
 
         let anisotropy = extension(material, "KHR_materials_anisotropy");
         let strength = anisotropy.map_or(0.0, |set| factor(set, "anisotropyStrength", 0.0));
-        if strength > 0.0 && anisotropy.is_some_and(|set| set.get("anisotropyTexture").is_some()) {
-            self.warnings.add("anisotropyTexture of KHR_materials_anisotropy", "its factors count alone");
+        let mut stretch = None;
+        if let Some(texture) = anisotropy.filter(|_| strength > 0.0).and_then(|set| set.get("anisotropyTexture")) {
+            stretch = self.map(texture, Slot::Stretch, Channel::Color, ColorSpace::Linear, sets)?;
         }
         if strength > 0.0 && (metalness < 1.0 || !metallic.is_empty()) {
             self.warnings.add("KHR_materials_anisotropy of what is not metal", "it is round there");
@@ -168,12 +173,10 @@ impl Materials<'_> {
         let matt = Bsdf::Diffuse { color: color.into(), roughness: 0.0.into(), model: DiffuseModel::Eon };
         let matt = self.push(matt, colors.to_vec());
         let glossy = |materials: &mut Self, ior: f64| {
-            let (metalness, maps) = match apart {
-                true => (0.0, rough.clone()),
-                false => (metalness, rough.iter().chain(&metallic).cloned().collect()),
-            };
-            let roughness = roughness.into();
-            materials.push(Bsdf::Glossy { base: matt, ior, roughness, metalness: metalness.into() }, maps)
+            let metal = if apart { (0.0, [].as_slice()) } else { (metalness, metallic.as_slice()) };
+            let (metalness, roughness) = (metal.0.into(), roughness.into());
+            let maps = rough.iter().chain(&tints).chain(metal.1).cloned().collect();
+            materials.push(Bsdf::Glossy { base: matt, ior, tint: tint.into(), roughness, metalness }, maps)
         };
         let mut stack = glossy(self, coat);
         if !shares.is_empty() {
@@ -206,7 +209,11 @@ impl Materials<'_> {
             stack = self.push(Bsdf::Mix { a: stack, b: glass, amount: through.into() }, maps);
         }
         if apart {
-            let [roughness, anisotropy, turn] = stretched(roughness, strength, anisotropy);
+            let turn = anisotropy.map_or(0.0, |set| factor(set, "anisotropyRotation", 0.0));
+            let [roughness, anisotropy] = match &stretch {
+                Some(_) => [roughness, strength],
+                None => stretched(roughness, strength),
+            };
             let metal = Bsdf::Metal {
                 reflectance: Reflectance::Tint { color: color.into(), edge_tint: Color::ONE.into() },
                 roughness: roughness.into(),
@@ -214,7 +221,7 @@ impl Materials<'_> {
                 anisotropy_rotation: turn,
                 energy_compensation: true,
             };
-            let metal = self.push(metal, colors.iter().chain(&rough).cloned().collect());
+            let metal = self.push(metal, colors.iter().chain(&rough).chain(&stretch).cloned().collect());
             let amounts = metallic.iter().map(|map| Map { slot: Slot::Amount, ..map.clone() }).collect();
             stack = self.push(Bsdf::Mix { a: stack, b: metal, amount: metalness.into() }, amounts);
         }
@@ -271,6 +278,7 @@ impl Materials<'_> {
         let coat = Bsdf::Glossy {
             base: stack,
             ior: REFLECTS_4_PERCENT,
+            tint: Color::ONE.into(),
             roughness: factor(set, "clearcoatRoughnessFactor", 0.0).into(),
             metalness: 0.0.into(),
         };
@@ -352,17 +360,17 @@ fn vertex(slot: Slot, channel: Channel) -> Map {
     Map { slot, texture: Arc::new(Texture::VertexColor { channel }) }
 }
 
-/// Roughness, anisotropy and its angle. The file widens α along the tangent to mix(α, 1, strength²) and keeps it across;
+/// Roughness and anisotropy. The file widens α along the tangent to mix(α, 1, strength²) and keeps it across;
 /// ours keeps α's mean square: αx = α √(2 / (1 + (1 − a)²)), αy = (1 − a) αx.
-fn stretched(roughness: f64, strength: f64, set: Option<&Value>) -> [f64; 3] {
+fn stretched(roughness: f64, strength: f64) -> [f64; 2] {
     if strength <= 0.0 {
-        return [roughness, 0.0, 0.0];
+        return [roughness, 0.0];
     }
     let across = (roughness * roughness).max(1e-4);
     let along = across + (1.0 - across) * strength * strength;
     let ratio = across / along;
     let mean = along / (2.0 / (1.0 + ratio * ratio)).sqrt();
-    [mean.sqrt().min(1.0), 1.0 - ratio, set.map_or(0.0, |set| factor(set, "anisotropyRotation", 0.0))]
+    [mean.sqrt().min(1.0), 1.0 - ratio]
 }
 
 #[cfg(test)]
@@ -371,7 +379,7 @@ mod tests {
 
     #[test]
     fn anisotropy_keeps_both_widths() {
-        let [roughness, anisotropy, _] = stretched(0.4, 0.7, None);
+        let [roughness, anisotropy] = stretched(0.4, 0.7);
         let alpha = roughness * roughness;
         let ratio = 1.0 - anisotropy;
         let along = alpha * (2.0 / (1.0 + ratio * ratio)).sqrt();

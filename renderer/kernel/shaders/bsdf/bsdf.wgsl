@@ -26,6 +26,8 @@ struct Bsdf {
     eta: f32,
     /// Of the coat: α, ior, roughness. ior 0: there is none.
     coat: vec3<f32>,
+    /// Of the coat: what it reflects straight on, over what its ior does.
+    coat_tint: vec3<f32>,
     /// What comes through the coat: 1 − its albedo seen from `wo`.
     under: f32,
 }
@@ -73,6 +75,7 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
     var choice = u;
     var mapped = false;
     var coat = vec3<f32>(0.0);
+    var coat_tint = vec3<f32>(1.0);
     var under = 1.0;
     var inner = 0.0;
     let tree = has_material(MATERIAL_MIX) || has_material(MATERIAL_GLOSSY) || has_material(MATERIAL_SHEEN);
@@ -82,12 +85,13 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
             break;
         }
         var lobe = materials[index].lobe;
-        var fibres = materials[index].color.xyz;
+        // Of fibres, or of a coat.
+        var color = materials[index].color.xyz;
         var split = false;
         if has_textures() {
             let here = material_on(index, s);
             lobe = here.lobe;
-            fibres = here.color.xyz;
+            color = here.color.xyz;
             split = (maps_of(index, MAPS_FLAGS) & MAPS_SPLIT) != 0u;
             mapped = turn_normal(index, s, v) || mapped;
         }
@@ -97,7 +101,7 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
         }
         if has_material(MATERIAL_SHEEN) && kind.x == MATERIAL_SHEEN {
             // The fibres alone as often as light comes back from them, else what they cover.
-            let share = min(max_component(fibres) * sheen_albedo(max((*v).wo.z, MIN_COSINE), lobe.z), 1.0);
+            let share = min(max_component(color) * sheen_albedo(max((*v).wo.z, MIN_COSINE), lobe.z), 1.0);
             index = branch(&choice, 1.0 - share, index, kind.z);
             if index != kind.z {
                 inner = 1.0 / share;
@@ -114,6 +118,7 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
         let albedo = coat_albedo(lobe.x, lobe.z, lobe.y, max((*v).wo.z, MIN_COSINE));
         if coat.y == 0.0 && !split {
             coat = vec3<f32>(lobe.x, lobe.y, lobe.z);
+            coat_tint = color;
             under = 1.0 - albedo;
             index = below;
             continue;
@@ -137,11 +142,11 @@ fn bsdf_on(material: u32, s: Surface, v: ptr<function, Vertex>, u: f32) -> Bsdf 
     }
     if inner > 0.0 {
         let color = inner * select(vec3<f32>(1.0), m.color.xyz, m.kind.x == MATERIAL_SHEEN);
-        return Bsdf(index, m.kind.x, 0u, color, color, color, m.lobe.xx, m.lobe.z, 0.0, vec2<f32>(1.0, 0.0), m.lobe.y,
-            coat, under);
+        return Bsdf(index, m.kind.x, 0u, color, m.color.xyz, color, m.lobe.xx, m.lobe.z, 0.0, vec2<f32>(1.0, 0.0),
+            m.lobe.y, coat, coat_tint, under);
     }
     return Bsdf(index, m.kind.x, m.kind.y, m.color.xyz, m.extra.xyz, m.more.xyz, m.lobe.xy, m.lobe.z, m.lobe.w,
-        vec2<f32>(m.color.w, m.extra.w), m.extra.w, coat, under);
+        vec2<f32>(m.color.w, m.extra.w), m.extra.w, coat, coat_tint, under);
 }
 
 // --- what lies below the coat
@@ -181,7 +186,7 @@ fn base_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
             if !has_material(MATERIAL_GLOSSY) {
                 return vec3<f32>(0.0);
             }
-            return b.color * coat_eval(b.alpha.x, b.eta, wo, wi);
+            return b.color * coat_eval(b.alpha.x, b.eta, b.extra, wo, wi);
         }
         case MATERIAL_SHEEN: {
             if !has_material(MATERIAL_SHEEN) {
@@ -253,7 +258,7 @@ fn base_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
             if !has_material(MATERIAL_GLOSSY) {
                 return no_sample();
             }
-            var s = coat_sample(b.alpha.x, b.eta, wo, u);
+            var s = coat_sample(b.alpha.x, b.eta, b.extra, wo, u);
             s.weight *= b.color;
             return s;
         }
@@ -305,7 +310,7 @@ fn bsdf_eval(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     if !has_coat(b) {
         return base;
     }
-    return vec3<f32>(coat_eval(b.coat.x, b.coat.y, wo, wi)) + b.under * base;
+    return coat_eval(b.coat.x, b.coat.y, b.coat_tint, wo, wi) + b.under * base;
 }
 
 /// The share of `bsdf_eval` that a diffuse lobe has, by channel; 0 where there is nothing.
@@ -317,7 +322,7 @@ fn bsdf_diffuse(b: Bsdf, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(1.0);
     }
     let base = b.under * diffuse_eval(b, wo, wi);
-    let all = base + vec3<f32>(coat_eval(b.coat.x, b.coat.y, wo, wi));
+    let all = base + coat_eval(b.coat.x, b.coat.y, b.coat_tint, wo, wi);
     return select(vec3<f32>(0.0), base / all, all > vec3<f32>(0.0));
 }
 
@@ -338,7 +343,7 @@ fn bsdf_sample(b: Bsdf, wo: vec3<f32>, u: vec2<f32>, lobe: f32) -> BsdfSample {
     let chance = coat_chance(b);
     var s: BsdfSample;
     if lobe < chance {
-        s = coat_sample(b.coat.x, b.coat.y, wo, u);
+        s = coat_sample(b.coat.x, b.coat.y, b.coat_tint, wo, u);
         s.weight /= chance;
     } else {
         s = base_sample(b, wo, u, min((lobe - chance) / (1.0 - chance), 0.99999994));
@@ -362,13 +367,16 @@ fn bsdf_colour(b: Bsdf) -> vec3<f32> {
         case MATERIAL_METAL: {
             base = metal_fresnel(b, 1.0);
         }
-        case MATERIAL_DIELECTRIC, MATERIAL_GLOSSY: {
+        case MATERIAL_DIELECTRIC: {
             base = vec3<f32>(1.0);
+        }
+        case MATERIAL_GLOSSY: {
+            base = b.extra;
         }
         case MATERIAL_SHEEN: {
             base = b.color / max(max_component(b.color), 1e-6);
         }
         default: {}
     }
-    return vec3<f32>(1.0 - b.under) + b.under * base;
+    return (1.0 - b.under) * b.coat_tint + b.under * base;
 }
