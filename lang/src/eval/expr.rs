@@ -37,7 +37,24 @@ pub struct Argument<'a> {
 impl<'a> Machine<'a> {
     /// The value of an expression.
     pub fn expr(&mut self, expr: &'a Expr, env: &Env<'a>, words: Words) -> Value {
-        if !self.enter(expr.span) {
+        // What is written out or named takes no step of its own: the operation that it is for takes one.
+        let cost = match &expr.kind {
+            ExprKind::Number(number) => return self.literal(number, expr.span),
+            ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => return self.expr_inside(expr, env, words),
+            ExprKind::Path(path) => match path.segments.as_slice() {
+                [name] if words.is_empty() => match env.value(&name.text) {
+                    Some(value) => return value,
+                    None => 0,
+                },
+                _ => 0,
+            },
+            ExprKind::Tuple(items) | ExprKind::List(items) => 1 + items.len() as u64 / 4,
+            ExprKind::Binary { rest, .. } => rest.len() as u64,
+            // The function takes one more.
+            ExprKind::Call { args, .. } => args.len() as u64 / 4,
+            _ => 1,
+        };
+        if !self.enter(cost, expr.span) {
             return Value::Error;
         }
         let value = self.expr_inside(expr, env, words);
@@ -564,7 +581,11 @@ impl<'a> Machine<'a> {
         let before = call.finite_arguments();
         let value = (function.run)(&mut call);
         let finite = !before || call.finite(&value);
+        let work = std::mem::take(&mut call.graph.work);
         let problems = std::mem::take(&mut call.problems);
+        if !self.step(work, span) {
+            return Value::Error;
+        }
         if !finite {
             self.not_finite = Some(span);
         }
@@ -598,7 +619,7 @@ impl<'a> Machine<'a> {
             return self.error(diagnostic);
         }
         self.calls += 1;
-        let result = self.traced(format!("`{name}`"), span, given, env, |machine| match &decl.body {
+        let result = self.traced(Some(name), span, given, env, |machine| match &decl.body {
             ast::FnBody::Missing => Value::Error,
             ast::FnBody::Value(value) => machine.rooted(value, &inner, |machine| machine.expr(value, &inner, &[])),
             ast::FnBody::Block(block) => match machine.run_function(&block.items, &inner) {

@@ -42,6 +42,8 @@ pub struct Graph {
     curves: Vec<Keys<f64>>,
     turns: Vec<Keys<DQuat>>,
     known: HashMap<[u64; 4], u32>,
+    /// Steps that constant noise took, beside one a call; whoever counts steps takes them away.
+    pub work: u64,
 }
 
 impl Graph {
@@ -102,6 +104,7 @@ impl Graph {
     /// Gradient noise at a point.
     pub fn noise(&mut self, at: [Scalar; 3]) -> Scalar {
         if let [Scalar::Const(x), Scalar::Const(y), Scalar::Const(z)] = at {
+            self.work += 1;
             return Scalar::Const(gradient_noise([x, y, z]));
         }
         let at = at.map(|part| self.register(part));
@@ -111,6 +114,7 @@ impl Graph {
     /// Cellular noise at a point, over the first `axes` of its coordinates.
     pub fn cell(&mut self, cell: Cell, axes: u8, at: [Scalar; 3]) -> Scalar {
         if let [Scalar::Const(x), Scalar::Const(y), Scalar::Const(z)] = at {
+            self.work += 4;
             return Scalar::Const(cell.apply(axes, [x, y, z]));
         }
         let at = at.map(|part| self.register(part));

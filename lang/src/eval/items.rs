@@ -111,8 +111,14 @@ impl<'a> Machine<'a> {
 
     /// Runs items whose names are declared.
     pub fn run(&mut self, items: &'a [Item], env: &Env<'a>, owner: &mut Owner<'a, '_>) {
+        if let Some(first) = items.first()
+            && !self.step(items.len() as u64 / 8, first.span())
+        {
+            return;
+        }
         for item in items {
-            if !self.enter(item.span()) {
+            let cost = u64::from(!matches!(item, Item::Property(_)));
+            if !self.enter(cost, item.span()) {
                 return;
             }
             self.run_item(item, env, owner);
@@ -271,18 +277,20 @@ impl<'a> Machine<'a> {
                 return false;
             }
             let scope = Scope::of_turn(env);
-            let index = Value::Number(Number::int(i as f64));
-            let values = match head.names.as_slice() {
-                [name] => vec![(name, item(i))],
-                [first, second, ..] => vec![(first, index), (second, item(i))],
-                [] => Vec::new(),
-            };
-            let mut shown = Vec::with_capacity(values.len());
-            for (name, value) in values {
+            let mut shown = Vec::with_capacity(head.names.len());
+            let mut name = |name: &'a ast::Name, value: Value| {
                 shown.push(Given { name: &name.text, value: value.clone(), expr: None });
                 scope.declare(&name.text, Binding::Value(value));
+            };
+            match head.names.as_slice() {
+                [only] => name(only, item(i)),
+                [first, second, ..] => {
+                    name(first, Value::Number(Number::int(i as f64)));
+                    name(second, item(i));
+                }
+                [] => {}
             }
-            if !self.traced("a loop".into(), head.span, shown, env, |machine| body(machine, &scope)) {
+            if !self.traced(None, head.span, shown, env, |machine| body(machine, &scope)) {
                 return false;
             }
         }
@@ -294,7 +302,7 @@ impl<'a> Machine<'a> {
         let inner = Scope::inside(env);
         self.hoist(items, &inner);
         for item in items {
-            if !self.enter(item.span()) {
+            if !self.enter(1, item.span()) {
                 return Some(Value::Error);
             }
             let result = self.run_statement(item, &inner);
@@ -375,7 +383,7 @@ impl<'a> Machine<'a> {
                 let name = name(self);
                 let outer = std::mem::replace(&mut self.trace, inner);
                 self.pending.push((name, span));
-                let value = match self.enter(span) {
+                let value = match self.enter(1, span) {
                     true => {
                         let value = self.node(id, ast, &scope);
                         self.leave();
@@ -535,7 +543,8 @@ impl<'a> Machine<'a> {
         let inner = Scope::inside(&scope);
         if let Some(body) = &decl.body {
             self.calls += 1;
-            self.traced(format!("`{name}`"), ast.kind.span, given, env, |machine| {
+            let called = Some(self.text(ast.kind.span));
+            self.traced(called, ast.kind.span, given, env, |machine| {
                 let mut owner = Owner { kind: None, properties: &mut properties, children: &mut children };
                 machine.hoist(&body.items, &inner);
                 machine.run(&body.items, &inner, &mut owner);

@@ -146,8 +146,8 @@ pub struct Set<'a> {
 pub struct Trace<'a> {
     /// The one around it.
     pub parent: Option<Rc<Trace<'a>>>,
-    /// What is called.
-    pub name: String,
+    /// What is called; nothing in a turn of a loop.
+    pub name: Option<&'a str>,
     /// Where.
     pub span: Span,
     /// With what.
@@ -171,7 +171,8 @@ impl Trace<'_> {
         let values: Vec<String> =
             self.given.iter().take(4).map(|given| format!("{}: {}", given.name, given.value.show())).collect();
         let with = if values.is_empty() { String::new() } else { format!(" with {}", values.join(", ")) };
-        format!("in {}{with}, {}", self.name, source.line(self.span.start))
+        let name = self.name.map_or_else(|| "a loop".into(), |name| format!("`{name}`"));
+        format!("in {name}{with}, {}", source.line(self.span.start))
     }
 }
 
@@ -294,9 +295,9 @@ impl<'a> Machine<'a> {
         !self.stopped
     }
 
-    /// Goes one level deeper; every `true` needs a [`Machine::leave`].
-    pub fn enter(&mut self, span: Span) -> bool {
-        if self.stopped || !self.step(1, span) {
+    /// Goes one level deeper, at a cost in steps; every `true` needs a [`Machine::leave`].
+    pub fn enter(&mut self, cost: u64, span: Span) -> bool {
+        if self.stopped || !self.step(cost, span) {
             return false;
         }
         if self.depth >= limits::DEPTH {
@@ -326,7 +327,7 @@ impl<'a> Machine<'a> {
     /// Runs `body` as part of a call or a turn of a loop.
     pub fn traced<T>(
         &mut self,
-        name: String,
+        name: Option<&'a str>,
         span: Span,
         given: Vec<Given<'a>>,
         env: &Rc<Scope<'a>>,

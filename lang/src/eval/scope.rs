@@ -135,6 +135,19 @@ impl<'a> Scope<'a> {
         self.names.borrow().get(name).cloned()
     }
 
+    /// The value of a parameter or a loop's variable, if the innermost binding of the name is one.
+    pub fn value(&self, name: &str) -> Option<Value> {
+        let mut scope = Some(self);
+        while let Some(here) = scope {
+            match here.names.borrow().get(name) {
+                Some(Binding::Value(value)) => return Some(value.clone()),
+                Some(_) => return None,
+                None => scope = here.parent.as_deref(),
+            }
+        }
+        None
+    }
+
     /// The innermost binding of the name that `wanted` accepts, with its scope.
     pub fn find(
         self: &Rc<Scope<'a>>,
