@@ -16,6 +16,7 @@ use cap_std::fs::Dir;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// The file that makes a folder a project, and says what holds in all of it.
@@ -350,7 +351,11 @@ pub struct Folder {
     root: PathBuf,
     dir: Dir,
     asked: Asked,
+    listed: AtomicUsize,
 }
+
+/// Folders that are listed for suggestions: behind so many mistakes nobody looks for help.
+const LISTED: usize = 200;
 
 impl Folder {
     /// The project that `scene` belongs to, and the scene's path from its root.
@@ -377,7 +382,10 @@ impl Folder {
         let parts: Option<Vec<&str>> = inside.iter().map(|part| part.to_str()).collect();
         let parts = parts.ok_or_else(|| bad("the path is not Unicode"))?;
         let dir = Dir::open_ambient_dir(root, ambient_authority())?;
-        Ok((Folder { root: root.to_path_buf(), dir, asked: Asked::default() }, parts.join("/")))
+        Ok((
+            Folder { root: root.to_path_buf(), dir, asked: Asked::default(), listed: AtomicUsize::new(0) },
+            parts.join("/"),
+        ))
     }
 
     /// The root, canonical.
@@ -485,6 +493,9 @@ impl Files for Folder {
     }
 
     fn names_in(&self, folder: &str) -> Vec<String> {
+        if self.listed.fetch_add(1, Ordering::Relaxed) >= LISTED {
+            return Vec::new();
+        }
         let mut names = self.entries(folder);
         names.sort();
         names

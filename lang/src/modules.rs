@@ -81,6 +81,8 @@ struct Loader<'f> {
     /// The modules whose imports are being read, each imported by the one before, with the place of the path.
     open: Vec<(usize, Span)>,
     full: bool,
+    /// Files that could not be read.
+    failed: usize,
 }
 
 /// Reads everything that a scene imports.
@@ -90,7 +92,7 @@ pub fn load(tree: &Tree, files: &dyn Files) -> Modules {
     let known = HashMap::from([(tree.source.name.to_string(), 0)]);
     let texts = Texts::new(&tree.source);
     let modules = Modules { list: vec![own], texts, diagnostics: tree.errors().to_vec() };
-    let mut loader = Loader { files, modules, known, open: vec![(0, Span::at(0))], full: false };
+    let mut loader = Loader { files, modules, known, open: vec![(0, Span::at(0))], full: false, failed: 0 };
     loader.imports(0);
     loader.modules
 }
@@ -139,8 +141,9 @@ impl Loader<'_> {
         if self.full {
             return None;
         }
-        if self.open.len() > limits::IMPORTS_DEEP || self.modules.list.len() >= limits::FILES {
-            let (message, label) = match self.modules.list.len() >= limits::FILES {
+        let many = self.modules.list.len() + self.failed >= limits::FILES;
+        if self.open.len() > limits::IMPORTS_DEEP || many {
+            let (message, label) = match many {
                 true => (format!("the scene has more than {} files", limits::FILES), "one file too many"),
                 false => (format!("imports are nested deeper than {} files", limits::IMPORTS_DEEP), "one too deep"),
             };
@@ -176,6 +179,7 @@ impl Loader<'_> {
                 false => match files::load(self.files, next, &name) {
                     Ok(loaded) => (loaded.source, Vec::from_iter(loaded.error)),
                     Err(error) => {
+                        self.failed += 1;
                         let literal = self.modules.texts.slice(span).to_string();
                         self.report(diagnose(self.files, &error, (id, span), &path.text, &literal));
                         return None;

@@ -147,9 +147,11 @@ pub fn declare<'a>(
     known: &[Known<'a>],
     overrides: &Overrides,
 ) {
+    let set = |known: &&Known<'_>| overrides.params.iter().any(|(name, _)| *name == known.name);
+    let set: Vec<&Known<'_>> = known.iter().filter(set).collect();
     for decl in declared(file) {
         let Some(name) = &decl.name else { continue };
-        let called = known.iter().find(|known| std::ptr::eq(known.decl, decl)).map(|known| &*known.name);
+        let called = set.iter().find(|known| std::ptr::eq(known.decl, decl)).map(|known| &*known.name);
         let given = called.and_then(|called| overridden(machine, called, decl, overrides));
         let cell = LetCell {
             name: Some(name),

@@ -235,26 +235,37 @@ impl<'a> Resolver<'a> {
             }
         }
         let early = std::mem::take(&mut self.early);
-        for (target, diagnostic) in early {
-            if !self.reaches_itself(target) {
-                self.found.push(diagnostic);
+        if !early.is_empty() {
+            let endless = self.endless();
+            let ends = |(target, _): &(usize, Diagnostic)| endless.get(*target) != Some(&true);
+            let fine = early.into_iter().filter(ends).map(|(_, diagnostic)| diagnostic);
+            for diagnostic in fine {
+                self.report(diagnostic);
             }
         }
         self.found
     }
 
-    fn reaches_itself(&self, target: usize) -> bool {
-        let mut seen = FxHashSet::default();
-        let mut open: Vec<usize> = self.lets.get(target).cloned().unwrap_or_default();
-        while let Some(here) = open.pop() {
-            if here == target {
-                return true;
-            }
-            if seen.insert(here) {
-                open.extend(self.lets.get(here).into_iter().flatten());
+    /// Of each let, whether what it asks for leads into a circle: of what is left when all that asks for nothing more is
+    /// taken away, again and again.
+    fn endless(&self) -> Vec<bool> {
+        let mut asked_by = vec![Vec::new(); self.lets.len()];
+        let mut open: Vec<usize> = self.lets.iter().map(Vec::len).collect();
+        for (asks, targets) in self.lets.iter().enumerate() {
+            for target in targets {
+                asked_by[*target].push(asks);
             }
         }
-        false
+        let mut done: Vec<usize> = (0..open.len()).filter(|id| open[*id] == 0).collect();
+        while let Some(id) = done.pop() {
+            for &asks in &asked_by[id] {
+                open[asks] -= 1;
+                if open[asks] == 0 {
+                    done.push(asks);
+                }
+            }
+        }
+        open.into_iter().map(|open| open > 0).collect()
     }
 
     /// The `lang` line and the imports.

@@ -74,7 +74,8 @@ impl Finder<'_> {
 
     pub(super) fn string(&mut self, token: Part<'_>) {
         let start = token.span().start;
-        for unknown in unescape(token.text()).unknown {
+        // Of a line one is reported.
+        if let Some(unknown) = unescape(token.text()).unknown.first() {
             let span = Span::new(start + unknown.start, start + unknown.end);
             let escape = self.text(span);
             let found = self.error("E0111", format!("unknown escape `{escape}`"), span, "means nothing");

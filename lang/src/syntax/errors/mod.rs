@@ -155,16 +155,20 @@ impl<'a> Finder<'a> {
             if self.crowd.1 > CROWD {
                 self.passed = self.source.line_start(line + 1);
             }
-            if self.found.len() >= MOST {
-                self.passed = u32::MAX;
-            }
         }
-        self.found.push((false, diagnostic));
+        self.keep(false, diagnostic);
     }
 
     /// Reports what is the cause where several findings share a line.
     fn push_urgent(&mut self, diagnostic: Diagnostic) {
-        self.found.push((true, diagnostic));
+        self.keep(true, diagnostic);
+    }
+
+    fn keep(&mut self, urgent: bool, diagnostic: Diagnostic) {
+        if self.found.len() >= MOST {
+            self.passed = u32::MAX;
+        }
+        self.found.push((urgent, diagnostic));
     }
 
     fn error(
