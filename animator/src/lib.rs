@@ -26,6 +26,7 @@ mod ease;
 mod error;
 mod light;
 mod material;
+mod moments;
 mod pose;
 mod read;
 mod sample;

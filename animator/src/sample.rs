@@ -1,5 +1,7 @@
 //! The stage itself: a scene and a shutter give a world.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
 use kinora_scene::{
     Animated, Copied, Instance, Lamp, Light, LightKind, Node, Part, Placement, Scene, Shape, Shutter, Still, World,
@@ -10,18 +12,22 @@ use crate::{
     error::{Fault, Place, SampleError},
     light::light,
     material::{look, material, shape, sky},
+    moments::moments,
     pose::{Pose, poses, within},
     read::Now,
 };
 
 /// The scene when the shutter opens: every value, every transform in the world, what is invisible left out. A group that
-/// is invisible hides what moves with it, but not a camera.
+/// is invisible hides what moves with it, but not a camera. With it come the moments of the time that the shutter is open:
+/// the world in the middle of equal steps, each of them evaluated from the tracks, so that what turns runs on an arc. There
+/// are so many that nothing goes farther than half a pixel from one to the next, as far as samples and the scene's size
+/// let it.
 ///
 /// # Errors
 /// The first property, in the order look, camera, lights, nodes, materials, sky, that has no usable value at that time; see
 /// [`Fault`]. Nodes that nobody sees or needs are not judged.
 pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
-    world(scene, shutter, false)
+    exposed(scene, shutter, false)
 }
 
 /// As [`sample`], with where all of it is at the next frame: a frame's time after the shutter opens, whatever is seen then.
@@ -29,7 +35,13 @@ pub fn sample(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
 /// # Errors
 /// As [`sample`], and what has no usable place at the next frame.
 pub fn sample_moving(scene: &Scene, shutter: Shutter) -> Result<World, SampleError> {
-    world(scene, shutter, true)
+    exposed(scene, shutter, true)
+}
+
+fn exposed(scene: &Scene, shutter: Shutter, moving: bool) -> Result<World, SampleError> {
+    let open = world(scene, shutter, shutter.open_s, moving)?;
+    let moments = moments(scene, shutter, |time_s| world(scene, shutter, time_s, false))?;
+    Ok(World { moments, ..open })
 }
 
 /// Where the nodes are at an instant.
@@ -45,10 +57,10 @@ impl Stage {
     }
 }
 
-fn world(scene: &Scene, shutter: Shutter, moving: bool) -> Result<World, SampleError> {
-    let stage = Stage::at(scene, shutter.open_s);
+fn world(scene: &Scene, shutter: Shutter, time_s: f64, moving: bool) -> Result<World, SampleError> {
+    let stage = Stage::at(scene, time_s);
     let Stage { now, ref poses } = stage;
-    let next = moving.then(|| Stage::at(scene, shutter.open_s + 1.0 / scene.clock.fps));
+    let next = moving.then(|| Stage::at(scene, time_s + 1.0 / scene.clock.fps));
 
     let no_camera = || now.reader(Place::Render, "render").error("camera", Fault::NoCamera);
     let camera_index = scene.camera.ok_or_else(no_camera)?;
@@ -91,6 +103,7 @@ fn world(scene: &Scene, shutter: Shutter, moving: bool) -> Result<World, SampleE
         materials: materials.collect::<Result<_, _>>()?,
         sky: scene.sky.as_ref().map(|scene_sky| sky(now.reader(Place::Sky, "sky"), scene_sky)).transpose()?,
         lights,
+        moments: Arc::default(),
     })
 }
 

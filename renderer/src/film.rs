@@ -8,6 +8,7 @@ use kinora_kernel::PASS_SAMPLES;
 use kinora_scene::{Background, Render, Shown};
 
 use crate::adaptive::{self, Adaptive};
+use crate::moments::Blocks;
 use crate::motion::Motion;
 use crate::wires::Wires;
 
@@ -121,6 +122,8 @@ pub struct Film {
     pub(crate) motion: Option<Arc<Motion>>,
     // Where pixels get different numbers of samples.
     adaptive: Option<Adaptive>,
+    /// Which moment each sample sees, where there are several.
+    pub(crate) blocks: Option<Blocks>,
     /// The depth that a picture of depths shows half grey, in metres.
     pub(crate) middle_m: f32,
 }
@@ -188,6 +191,7 @@ impl Film {
             wires: None,
             motion: None,
             adaptive,
+            blocks: None,
             middle_m: 1.0,
         })
     }
@@ -267,7 +271,7 @@ impl Film {
             Some(adaptive) => adaptive.end_of_pass(first)?,
             None => first.saturating_add(PASS_SAMPLES),
         };
-        let end = end.min(samples);
+        let end = end.min(samples).min(self.blocks.as_ref().map_or(u32::MAX, |blocks| blocks.end(first)));
         (first < end).then_some(first..end)
     }
 
@@ -286,6 +290,12 @@ impl Film {
         let Window { left, top, width, .. } = self.window;
         let place = |i: &u32| UVec2::new(left + i % width, top + i / width);
         Some(adaptive.active().iter().map(place).collect())
+    }
+
+    /// Everywhere, in the order in which a pass has it.
+    pub(crate) fn all_places(&self) -> Vec<UVec2> {
+        let Window { left, top, width, height } = self.traced();
+        (top..top + height).flat_map(|y| (left..left + width).map(move |x| UVec2::new(x, y))).collect()
     }
 
     /// Rays traced so far, those for layers not counted.

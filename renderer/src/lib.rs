@@ -11,6 +11,7 @@ pub mod cpu;
 mod develop;
 mod film;
 pub mod gpu;
+mod moments;
 mod motion;
 mod pack;
 mod project;

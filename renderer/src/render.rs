@@ -1,15 +1,18 @@
 //! The renderer: a world in, a film out, on whatever backend there is.
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::{UVec2, UVec4, Vec4};
 use kinora_scene::{Shown, World};
 
 use crate::backend::{Backend, BackendError, Control};
-use crate::film::{Film, Request, TooLarge, Window};
+use crate::film::{Film, Parts, Request, Survey, TooLarge, Window};
+use crate::moments::Blocks;
 use crate::motion::Motion;
-use crate::pack::{PackError, pack_moving};
+use crate::pack::{PackError, pack, pack_moving};
 use crate::project::Projector;
 use crate::wires::Wires;
 
@@ -75,12 +78,31 @@ impl From<BackendError> for RenderError {
 pub struct Renderer {
     backend: Box<dyn Backend>,
     build: Duration,
+    moments: Moments,
+}
+
+/// The moments that the next passes show, where there are several.
+#[derive(Default)]
+struct Moments {
+    worlds: Arc<Vec<World>>,
+    /// Of the picture: the part that is traced.
+    window: UVec4,
+    /// The moment that the backend holds.
+    held: Option<usize>,
+}
+
+/// What the pixels of a pass add up to; what nobody wants is empty.
+#[derive(Default)]
+struct Sums {
+    light: Vec<Vec4>,
+    parts: Vec<Parts>,
+    surveys: Vec<Survey>,
 }
 
 impl Renderer {
     /// A renderer on `backend`.
     pub fn new(backend: Box<dyn Backend>) -> Self {
-        Self { backend, build: Duration::ZERO }
+        Self { backend, build: Duration::ZERO, moments: Moments::default() }
     }
 
     /// The backend.
@@ -122,9 +144,26 @@ impl Renderer {
         });
         film.middle_m = world.view.focus_m as f32;
         film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed, &world.view, picture)));
+        film.blocks = Blocks::new(world.moments.len(), world.render.samples);
+        self.moments = Moments { worlds: world.moments.clone(), window: film.traced().packed(), held: None };
         self.backend.upload(Arc::new(packed))?;
         self.build = start.elapsed();
         Ok(film)
+    }
+
+    /// Has the backend hold a moment.
+    fn hold(&mut self, moment: usize) -> Result<(), RenderError> {
+        let Some(world) = self.moments.worlds.get(moment).filter(|_| self.moments.held != Some(moment)) else {
+            return Ok(());
+        };
+        let start = Instant::now();
+        let mut packed = pack(world)?;
+        packed.params.window = self.moments.window;
+        self.moments.held = None;
+        self.backend.upload(Arc::new(packed))?;
+        self.moments.held = Some(moment);
+        self.build += start.elapsed();
+        Ok(())
     }
 
     /// Adds one pass to `film`, of [`PASS_SAMPLES`](kinora_kernel::PASS_SAMPLES) samples or as many as are missing to
@@ -136,29 +175,92 @@ impl Renderer {
     pub fn trace_pass(&mut self, film: &mut Film, samples: u32, control: &dyn Control) -> Result<bool, RenderError> {
         let Some(pass) = film.next_pass(samples) else { return Ok(false) };
         let places = film.places();
-        let places = places.as_deref();
+        let sums = match film.blocks.clone() {
+            Some(blocks) if blocks.groups() > 1 => {
+                let places = places.unwrap_or_else(|| film.all_places());
+                self.groups(film, &blocks, &places, &pass, control)?
+            }
+            blocks => {
+                if let Some(blocks) = blocks {
+                    self.hold(blocks.moment(pass.start, 0))?;
+                }
+                self.sums(film, places.as_deref(), &pass, control)?
+            }
+        };
+        let Some(Sums { light, parts, surveys }) = sums else { return Ok(false) };
+        film.add(&light, &parts, &surveys, pass.end - pass.start);
+        Ok(true)
+    }
+
+    /// A pass over `places`, group by group; `None` if `control` ended it.
+    fn groups(
+        &mut self,
+        film: &Film,
+        blocks: &Blocks,
+        places: &[UVec2],
+        pass: &Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Sums>, RenderError> {
+        let mut all = Sums::default();
+        let count = |wanted: bool| if wanted { places.len() } else { 0 };
+        all.light.resize(count(film.wants_light()), Vec4::ZERO);
+        all.parts.resize(count(film.wants_parts()), [Vec4::ZERO; 5]);
+        all.surveys.resize(count(film.wants_surveys()), [Vec4::ZERO; 4]);
+        let groups = blocks.groups();
+        for group in 0..groups {
+            let of_group = |(_, place): &(usize, &UVec2)| blocks.group(**place, pass.start) == group;
+            let (at, own): (Vec<usize>, Vec<UVec2>) = places.iter().enumerate().filter(of_group).unzip();
+            if own.is_empty() {
+                continue;
+            }
+            self.hold(blocks.moment(pass.start, group))?;
+            let done = |share: f64| (f64::from(group) + share) / f64::from(groups);
+            let go_on = |share: f64| control.keep_going(done(share));
+            let Some(sums) = self.sums(film, Some(&own), pass, &go_on)? else { return Ok(None) };
+            for (i, at) in at.into_iter().enumerate() {
+                if let (Some(to), Some(from)) = (all.light.get_mut(at), sums.light.get(i)) {
+                    *to = *from;
+                }
+                if let (Some(to), Some(from)) = (all.parts.get_mut(at), sums.parts.get(i)) {
+                    *to = *from;
+                }
+                if let (Some(to), Some(from)) = (all.surveys.get_mut(at), sums.surveys.get(i)) {
+                    *to = *from;
+                }
+            }
+        }
+        Ok(Some(all))
+    }
+
+    /// A pass over what the backend holds; `None` if `control` ended it.
+    fn sums(
+        &mut self,
+        film: &Film,
+        places: Option<&[UVec2]>,
+        pass: &Range<u32>,
+        control: &dyn Control,
+    ) -> Result<Option<Sums>, RenderError> {
         // A survey has one ray a sample, a path about ten.
         let share = match (film.wants_light(), film.wants_surveys()) {
             (true, true) => 0.9,
             (light, _) => f64::from(u8::from(light)),
         };
-        let (mut light, mut parts, mut surveys) = (Vec::new(), Vec::new(), Vec::new());
+        let mut all = Sums::default();
         let go_on = |done| control.keep_going(done * share);
         if film.wants_parts() {
-            let Some(sums) = self.backend.trace_parts(places, pass.clone(), &go_on)? else { return Ok(false) };
-            light = sums.iter().map(|[light, ..]| *light).collect();
-            parts = sums;
+            let Some(sums) = self.backend.trace_parts(places, pass.clone(), &go_on)? else { return Ok(None) };
+            all.light = sums.iter().map(|[light, ..]| *light).collect();
+            all.parts = sums;
         } else if film.wants_light() {
-            let Some(sums) = self.backend.trace(places, pass.clone(), &go_on)? else { return Ok(false) };
-            light = sums;
+            let Some(sums) = self.backend.trace(places, pass.clone(), &go_on)? else { return Ok(None) };
+            all.light = sums;
         }
         if film.wants_surveys() {
             let go_on = |done| control.keep_going(share + done * (1.0 - share));
-            let Some(sums) = self.backend.survey(places, pass.clone(), &go_on)? else { return Ok(false) };
-            surveys = sums;
+            let Some(sums) = self.backend.survey(places, pass.clone(), &go_on)? else { return Ok(None) };
+            all.surveys = sums;
         }
-        film.add(&light, &parts, &surveys, pass.end - pass.start);
-        Ok(true)
+        Ok(Some(all))
     }
 
     /// Renders `world` with the samples it asks for. `control` hears of the whole picture; where it ends the work, the

@@ -91,6 +91,7 @@ pub fn world(size: [u32; 2], samples: u32, view: View) -> World {
         render: Render { resolution: size, samples, filter: Filter::Box, filter_width: 1.0, ..Render::default() },
         look: Look { exposure: 0.0, tonemap: Tonemap::None },
         shutter: Clock::default().shutter_of(0),
+        moments: Arc::default(),
         view,
         next: None,
         instances: Vec::new(),

@@ -22,6 +22,7 @@ pub struct Orbit {
 /// The scene's own camera during `shutter`; it turns about the point that it looks at, else about the one in focus.
 /// `None` where the scene has no picture at that time.
 pub fn begin(scene: &Scene, shutter: Shutter) -> Option<Orbit> {
+    let shutter = Shutter { close_s: shutter.open_s, ..shutter };
     let view = kinora_animator::sample(scene, shutter).ok()?.view;
     let distance_m = aimed_m(scene, shutter).unwrap_or(view.focus_m);
     Some(Orbit { view, distance_m: distance_m.clamp(*REACH_M.start(), *REACH_M.end()) })

@@ -90,8 +90,14 @@ struct Worker<'a> {
 
 impl Worker<'_> {
     fn draw(&mut self, job: &Job) -> Result<(), String> {
-        let mut world = job.loaded.sample(job.shutter).map_err(|found| job.loaded.plain(&found))?;
+        // What is still moving is shown as it is at an instant.
+        let close_s = if job.moving { job.shutter.open_s } else { job.shutter.close_s };
+        let shutter = Shutter { close_s, ..job.shutter };
+        let mut world = job.loaded.sample(shutter).map_err(|found| job.loaded.plain(&found))?;
         if let Some(view) = &job.view {
+            for moment in Arc::make_mut(&mut world.moments) {
+                moment.view = view.clone();
+            }
             world.view = view.clone();
         }
         let full = limit(world.render.resolution, job.max_side);

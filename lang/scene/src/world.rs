@@ -1,4 +1,6 @@
-//! The scene at one instant: no tracks, every transform in the world.
+//! The scene while the shutter is open: no tracks, every transform in the world.
+
+use std::sync::Arc;
 
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
@@ -34,6 +36,10 @@ pub struct World {
     /// Suns and lamps, in the world: they have no parents, and spot lights have directions.
     #[serde(default)]
     pub lights: Vec<Lamp>,
+    /// The same scene in the middle of each of so many equal steps of the time that the shutter is open; empty where it is
+    /// open for no time or nothing moves meanwhile. All else in here is as it is when the shutter opens.
+    #[serde(default)]
+    pub moments: Arc<Vec<World>>,
 }
 
 /// A sun or lamp in the world.

@@ -176,9 +176,7 @@ const RENDER: &[Property] = &[
     row("fps", NUMBER, Default::Number(24.0), "frames a second; frame n is at n / fps").check(Check::Above0),
     row("duration", TIME, ZERO, "length of the film: frames 0 up to duration times fps, which is left out")
         .check(Check::AtLeast0),
-    row("shutter", ANGLE, ZERO, "how long the shutter is open; 360deg = the whole frame")
-        .check(Check::Shutter)
-        .only_default(),
+    row("shutter", ANGLE, ZERO, "how long the shutter is open; 360deg = the whole frame").check(Check::Shutter),
 ];
 
 const CAMERA: &[Property] = &[
