@@ -112,7 +112,7 @@ fn material_moves(material: &Material<Animated>) -> bool {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use kinora_scene::{Blades, Clock, Key, Keys, Look, Node, Outside, Placing, Render, Space, Tonemap};
+    use kinora_scene::{Blades, Clock, Key, Keys, Look, Node, Outside, Placing, Render, Tonemap, Way};
 
     use super::*;
 
@@ -157,7 +157,7 @@ mod tests {
 
     fn keys<T: Clone>(value: T) -> Track<T> {
         let keys = vec![Key { time_s: 0.0, value, ease: Default::default() }];
-        Track::Keys(Keys { keys, outside: Outside::Hold, space: Space::Linear })
+        Track::Keys(Keys { keys, way: Way::Straight, outside: Outside::Hold })
     }
 
     #[test]

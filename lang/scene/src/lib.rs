@@ -24,11 +24,11 @@ pub use program::{Operand, Operation, Program, STEPS, Step, Unfit, VALUES};
 pub use rate::{Animated, Rate, Still};
 pub use scene::*;
 pub use spectrum::Spectrum;
-pub use tape::{Binary, Cell, Instruction, Orient, Point, Register, Tape, Unary};
+pub use tape::{Binary, Cell, Instruction, Orient, Point, Rand, Register, Tape, Unary};
 pub use texture::{
     Channel, ColorSpace, Image, ImageTexture, Map, Paint, Slot, TexelFilter, Texels, Texture, UvSet, Wrap,
 };
-pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Space, Track, Value};
+pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Spring, Track, Value, Way};
 pub use world::*;
 
 /// A colour: linear Rec. 709 red, green and blue, each 0 or more.
