@@ -26,15 +26,16 @@ fn any_ease() -> impl Strategy<Value = Ease> + Clone {
         (any::<u32>(), select(vec![Jump::Start, Jump::End, Jump::Both, Jump::None]))
             .prop_map(|(n, jump)| Ease::Steps(n, jump)),
         (number(), number()).prop_map(|(frequency, damping)| Ease::Spring(Spring { frequency, damping })),
-        (vec(instruction(), 0..6), vec(0..6_u32, 0..2))
-            .prop_map(|(code, outputs)| Ease::Function(Arc::new(Tape { code, outputs, ..Tape::default() }))),
+        (vec(instruction(), 0..6), vec(0..6_u32, 0..2)).prop_map(|(code, outputs)| Ease::Function(Arc::new(Tape {
+            code,
+            outputs,
+            ..Tape::default()
+        }))),
     ]
 }
 
 /// Keys in any order, or none.
-fn keys<T: std::fmt::Debug + Clone>(
-    value: impl Strategy<Value = T> + Clone,
-) -> impl Strategy<Value = Keys<T>> + Clone {
+fn keys<T: std::fmt::Debug + Clone>(value: impl Strategy<Value = T> + Clone) -> impl Strategy<Value = Keys<T>> + Clone {
     let key = (number(), value.clone(), any_ease()).prop_map(|(time_s, value, ease)| Key { time_s, value, ease });
     let way = prop_oneof![
         Just(Way::Straight),

@@ -124,7 +124,8 @@ fn rotations_take_the_shorter_arc() {
 #[test]
 fn rotations_swing_past_their_key() {
     let back = Ease::Penner(Family::Back, Direction::Out);
-    let track = Track::Keys(keys([(0.0, DQuat::IDENTITY, Ease::Linear), (1.0, DQuat::from_rotation_y(1.0), back.clone())]));
+    let track =
+        Track::Keys(keys([(0.0, DQuat::IDENTITY, Ease::Linear), (1.0, DQuat::from_rotation_y(1.0), back.clone())]));
     let t = kinora_animator::ease(&back, 0.6);
     assert!(t > 1.0);
     check_near(&track, 0.6, DQuat::from_rotation_y(t), 1e-14);
@@ -211,7 +212,11 @@ fn cubics_are_those_of_hermite() {
     // t³ of each component, whose slope is 3 t².
     let at = |t: f64| DVec3::new(t, 2.0 * t, -t) * t * t;
     let slope = |t: f64| DVec3::new(1.0, 2.0, -1.0) * 3.0 * t * t;
-    let track = cubic(&[(slope(0.0), at(0.0), slope(0.0)), (slope(2.0), at(2.0), slope(2.0)), (slope(4.0), at(4.0), slope(4.0))]);
+    let track = cubic(&[
+        (slope(0.0), at(0.0), slope(0.0)),
+        (slope(2.0), at(2.0), slope(2.0)),
+        (slope(4.0), at(4.0), slope(4.0)),
+    ]);
     for time_s in [0.0, 0.3, 1.0, 2.0, 2.7, 4.0] {
         check_near(&track, time_s, at(time_s), 1e-12);
     }
@@ -231,7 +236,9 @@ fn cubic_rotations_are_made_unit() {
     check_near(&track, 0.5, half, 1e-15);
     // What turns at 1 rad/s goes on so.
     let tangent = |q: DQuat| DQuat::from_xyzw(0.0, 0.5, 0.0, 0.0) * q;
-    let Track::Keys(inside) = cubic(&[(tangent(a), a, tangent(a)), (tangent(b), b, tangent(b))]) else { unreachable!() };
+    let Track::Keys(inside) = cubic(&[(tangent(a), a, tangent(a)), (tangent(b), b, tangent(b))]) else {
+        unreachable!()
+    };
     let extended = Track::Keys(Keys { outside: Outside::Extend, ..inside });
     check_near(&extended, 5.0, DQuat::from_rotation_y(FRAC_PI_2 + 3.0), 1e-12);
     check_near(&extended, -1.0, DQuat::from_rotation_y(-1.0), 1e-12);
@@ -241,15 +248,17 @@ fn cubic_rotations_are_made_unit() {
 fn squads_turn_evenly_and_without_a_jerk() {
     // About one axis at even speed it is the turn itself, also past half a turn and whatever the signs.
     let y = DQuat::from_rotation_y;
-    let even = keys((0..6).map(|i| (f64::from(i), y(f64::from(i)) * if i % 2 == 0 { 1.0 } else { -1.0 }, Ease::Linear)));
+    let even =
+        keys((0..6).map(|i| (f64::from(i), y(f64::from(i)) * if i % 2 == 0 { 1.0 } else { -1.0 }, Ease::Linear)));
     let even = Track::Keys(Keys { way: Way::Squad, ..even });
     for i in 0..=50 {
         let time_s = f64::from(i) / 10.0;
         assert!(value(&even, time_s, FPS).angle_between(y(time_s)) < 1e-7, "{time_s}");
     }
     // Any turns: through the keys, and as fast after each as before it.
-    let turns: Vec<DQuat> =
-        (0..5).map(|i| DQuat::from_euler(glam::EulerRot::XYZ, f64::from(i) * 0.7, f64::from(i * i) * 0.3, -0.5)).collect();
+    let turns: Vec<DQuat> = (0..5)
+        .map(|i| DQuat::from_euler(glam::EulerRot::XYZ, f64::from(i) * 0.7, f64::from(i * i) * 0.3, -0.5))
+        .collect();
     let all = keys(turns.iter().enumerate().map(|(i, turn)| (i as f64, *turn, Ease::Linear)));
     let track = Track::Keys(Keys { way: Way::Squad, ..all });
     let h = 1e-5;

@@ -96,7 +96,10 @@ impl Instruction {
             | Instruction::Point(..) => {}
             Instruction::Unary(_, a) => read(a),
             Instruction::Binary(_, a, b) => [a, b].into_iter().for_each(read),
-            Instruction::Select(a, b, c) | Instruction::Noise([a, b, c]) | Instruction::Cell(_, _, [a, b, c]) | Instruction::Rand(_, [a, b, c]) => {
+            Instruction::Select(a, b, c)
+            | Instruction::Noise([a, b, c])
+            | Instruction::Cell(_, _, [a, b, c])
+            | Instruction::Rand(_, [a, b, c]) => {
                 [a, b, c].into_iter().for_each(read);
             }
             Instruction::Orient(_, a, b, _) => a.into_iter().chain(b).for_each(&mut read),

@@ -173,8 +173,7 @@ fn spline(graph: &mut Graph, times: &[f64], rows: &Rows, outside: Outside) -> Ve
         (Some(a), Some(b)) => (a - b).abs() < 1e-9,
         _ => a == b,
     };
-    let closed =
-        outside == Outside::Loop && count > 2 && rows[0].iter().zip(&rows[count - 1]).all(|(a, b)| same(a, b));
+    let closed = outside == Outside::Loop && count > 2 && rows[0].iter().zip(&rows[count - 1]).all(|(a, b)| same(a, b));
     let level = || vec![Scalar::Const(0.0); rows.first().map_or(0, Vec::len)];
     let mut tangents = Vec::with_capacity(count);
     for i in 0..count {
@@ -336,9 +335,8 @@ fn weighed(graph: &mut Graph, parts: [(f64, Scalar); 2]) -> Scalar {
 
 /// How far a segment has come: 0 before it, 1 after it, as its key's ease says within.
 fn progress(graph: &mut Graph, keyed: &Keyed, segment: usize, outside: Outside) -> Scalar {
-    let key = |index: usize, value: f64, ease: Ease| {
-        keyed.keys.get(index).map(|key| Key { time_s: key.time_s, value, ease })
-    };
+    let key =
+        |index: usize, value: f64, ease: Ease| keyed.keys.get(index).map(|key| Key { time_s: key.time_s, value, ease });
     let last = keyed.keys.len().saturating_sub(1);
     let arriving = keyed.keys.get(segment + 1).map_or(Ease::Linear, |key| key.ease.clone());
     let mut keys = Vec::with_capacity(4);
@@ -366,7 +364,8 @@ fn rotation(graph: &mut Graph, keyed: &Keyed, rows: Rows) -> Option<[Scalar; 4]>
     };
     let known: Option<Vec<DQuat>> = keys.iter().map(quaternion).collect();
     let slopes = tangents.as_ref().map(|all| {
-        let two = |[a, b]: &[[Scalar; 4]; 2]| Some([quaternion(a)?.to_array().to_vec(), quaternion(b)?.to_array().to_vec()]);
+        let two =
+            |[a, b]: &[[Scalar; 4]; 2]| Some([quaternion(a)?.to_array().to_vec(), quaternion(b)?.to_array().to_vec()]);
         all.iter().map(two).collect::<Option<Vec<_>>>()
     });
     if let (Some(known), Some(slopes)) = (known, slopes.map_or(Some(None), |known| known.map(Some))) {
@@ -380,7 +379,8 @@ fn rotation(graph: &mut Graph, keyed: &Keyed, rows: Rows) -> Option<[Scalar; 4]>
                 Way::Cubic(all.into_iter().map(|[a, b]| Some([turn(a)?, turn(b)?])).collect::<Option<_>>()?)
             }
         };
-        let keys = keys.into_iter().map(|key| Some(Key { time_s: key.time_s, value: turn(key.value)?, ease: key.ease }));
+        let keys =
+            keys.into_iter().map(|key| Some(Key { time_s: key.time_s, value: turn(key.value)?, ease: key.ease }));
         return Some(graph.turn(Keys { keys: keys.collect::<Option<_>>()?, way, outside }));
     }
     // They move themselves: each after the one before, of its two signs the nearer.
@@ -428,7 +428,9 @@ pub fn slope_of(value: Dimension, tangent: Dimension) -> Option<Dimension> {
     if tangent.is_none() || tangent == value {
         return Some(tangent);
     }
-    tangent.times(Dimension::TIME).filter(|of| *of == value || value.is_none() && matches!(*of, Dimension::NONE | Dimension::LENGTH))
+    tangent
+        .times(Dimension::TIME)
+        .filter(|of| *of == value || value.is_none() && matches!(*of, Dimension::NONE | Dimension::LENGTH))
 }
 
 /// The keys, shared.

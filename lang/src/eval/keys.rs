@@ -96,10 +96,13 @@ impl<'a> Machine<'a> {
                 None => Some(Ease::Linear),
             };
             let reached = match &key.value {
-                KeyValue::Value(expr) => Some(Reached { value: self.plain(expr, env), place: expr.span, tangents: None }),
+                KeyValue::Value(expr) => {
+                    Some(Reached { value: self.plain(expr, env), place: expr.span, tangents: None })
+                }
                 KeyValue::Block(block) => self.tangents(block, way, options.and_then(|options| options.way_at), env),
             };
-            let (Some(time_s), Some(ease), Some(reached)) = (time, ease, reached.filter(|r| !r.value.is_error())) else {
+            let (Some(time_s), Some(ease), Some(reached)) = (time, ease, reached.filter(|r| !r.value.is_error()))
+            else {
                 failed = true;
                 continue;
             };
@@ -317,8 +320,7 @@ impl<'a> Machine<'a> {
             other => other.numbers().map(|numbers| numbers.to_vec()).unwrap_or_default(),
         };
         let of = wanted.iter().map(|number| number.dimension).find(|of| !of.is_none()).unwrap_or(Dimension::NONE);
-        let dimensions: Option<Vec<Dimension>> =
-            numbers.iter().map(|number| slope_of(of, number.dimension)).collect();
+        let dimensions: Option<Vec<Dimension>> = numbers.iter().map(|number| slope_of(of, number.dimension)).collect();
         let shape = wanted.len() == numbers.len() && !wanted.is_empty();
         let Some(dimensions) = dimensions.filter(|_| shape) else {
             let found = self.describe(&tangent);

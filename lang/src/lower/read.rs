@@ -60,7 +60,9 @@ pub fn to_track<T: Value>(machine: &mut Machine<'_>, data: &Data) -> Option<Trac
                 Way::Straight => Way::Straight,
                 Way::Squad => Way::Squad,
                 Way::Cubic(all) if all.iter().flatten().any(|slope| slope.len() != T::COMPONENTS) => return None,
-                Way::Cubic(all) => Way::Cubic(all.iter().map(|two| two.each_ref().map(|slope| T::from_components(slope))).collect()),
+                Way::Cubic(all) => {
+                    Way::Cubic(all.iter().map(|two| two.each_ref().map(|slope| T::from_components(slope))).collect())
+                }
             };
             let key = |key: &Key<Vec<f64>>| Key {
                 time_s: key.time_s,
