@@ -24,6 +24,7 @@ mod aim;
 mod camera;
 mod ease;
 mod error;
+mod form;
 mod light;
 mod material;
 mod pose;

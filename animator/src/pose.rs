@@ -71,8 +71,16 @@ pub(crate) fn within(
     found
 }
 
+/// Whether a transform has an inverse that numbers can hold.
+pub(crate) fn has_volume(pose: DAffine3) -> bool {
+    pose.matrix3.determinant().is_normal() && pose.inverse().is_finite()
+}
+
 /// Whether the node itself is visible; where that cannot be said it is, and its pose tells who needs it.
 fn visible(node: &Node, read: Reader<'_>, pose: &mut Result<DAffine3, SampleError>) -> bool {
+    if node.vanishes && pose.as_ref().is_ok_and(|pose| !has_volume(*pose)) {
+        return false;
+    }
     read.flag("visible", &node.visible).unwrap_or_else(|error| {
         *pose = Err(error);
         true
@@ -91,7 +99,7 @@ fn placed(world_from_parent: DAffine3, node: &Node, read: Reader<'_>) -> Result<
     let position = read.vector("position", &node.placing.position)?;
     let rotation = read.rotation("rotation", &node.placing.rotation)?;
     let scale = read.vector("scale", &node.placing.scale)?;
-    if scale.cmpeq(glam::DVec3::ZERO).any() {
+    if scale.cmpeq(glam::DVec3::ZERO).any() && !node.vanishes {
         return Err(read.error("scale", Fault::Singular));
     }
     let world_from_node = world_from_parent * DAffine3::from_scale_rotation_translation(scale, rotation, position);

@@ -93,6 +93,7 @@ impl Reader<'_> {
         let time_s = self.now.time_s;
         let lacking = match track {
             Track::Const(_) => false,
+            Track::Clocked { keys, clock } => lacks(keys, self.value(clock)),
             Track::Keys(keys) => lacks(keys, time_s),
             Track::Curve(tape) => {
                 tape.curves.iter().any(|keys| lacks(keys, time_s)) || tape.turns.iter().any(|keys| lacks(keys, time_s))
@@ -104,6 +105,7 @@ impl Reader<'_> {
     pub fn flag(self, property: &'static str, track: &Track<bool>) -> Result<bool, SampleError> {
         let known = match track {
             Track::Const(_) => true,
+            Track::Clocked { keys, clock } => !lacks(keys, self.value(clock)),
             Track::Keys(keys) => !lacks(keys, self.now.time_s),
             Track::Curve(tape) => tape::run(tape, self.now.time_s, self.now.fps).iter().all(|part| !part.is_nan()),
         };

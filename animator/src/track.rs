@@ -153,6 +153,7 @@ pub fn value<T: Blend>(track: &Track<T>, time_s: f64, fps: f64) -> T {
     match track {
         Track::Const(value) => value.clone(),
         Track::Keys(keys) => at(keys, time_s),
+        Track::Clocked { keys, clock } => at(keys, value(clock, time_s, fps)),
         Track::Curve(tape) => {
             let mut parts = tape::run(tape, time_s, fps);
             parts.resize(T::COMPONENTS, f64::NAN);

@@ -48,5 +48,7 @@ pub fn node(name: &str, parent: Option<usize>, shape: Option<Shape<Animated>>) -
         visible: Track::Const(true),
         copies: None,
         only_copied: false,
+        form: None,
+        vanishes: false,
     }
 }

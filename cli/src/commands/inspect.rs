@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 use kinora_lang::assets::gltf::{self, LampKind, Model, Projection};
 use kinora_lang::assets::read_mesh;
+use kinora_lang::dimension::short;
 use kinora_lang::files::Files;
 use kinora_scene::{Animated, Bsdf, Emission, LightKind, Material, Mesh, Scene, Shape};
 
@@ -107,7 +108,7 @@ fn model_overview(model: &Model) -> String {
     section("nodes", nodes.collect());
     section("meshes", model.meshes.iter().map(|(name, triangles)| format!("{name}  {triangles} triangles")).collect());
     section("materials", model.material_names.clone());
-    section("clips", model.clips.clone());
+    section("clips", model.clips.iter().map(|clip| format!("{}  {}s", clip.name, short(clip.end_s()))).collect());
     let cameras = model.nodes.iter().filter_map(|part| part.camera.as_ref()).map(|lens| match lens.projection {
         Projection::Perspective(fov) => format!("{}  perspective, fov {:.1}deg", lens.name, fov.to_degrees()),
         Projection::Orthographic(height) => format!("{}  orthographic, height {height}", lens.name),

@@ -30,6 +30,11 @@ pub fn moves(scene: &Scene) -> bool {
             || runs(&place.rotation)
             || runs(&place.scale)
             || runs(&node.visible)
+            || node
+                .form
+                .as_ref()
+                .and_then(|form| form.morph.as_ref())
+                .is_some_and(|morph| morph.weights.iter().any(runs))
             || matches!(&node.shape, Some(Shape::Sphere { radius_m }) if runs(radius_m))
     });
     let sky = scene.sky.as_ref().is_some_and(sky_moves);
@@ -106,7 +111,7 @@ fn material_moves(material: &Material<Animated>) -> bool {
                 }
         }
     };
-    bsdf || runs(&material.opacity)
+    bsdf || runs(&material.opacity) || material.maps.iter().any(|map| map.texture.moves())
 }
 
 #[cfg(test)]
@@ -127,6 +132,8 @@ mod tests {
             visible: true.into(),
             copies: None,
             only_copied: false,
+            form: None,
+            vanishes: false,
         }
     }
 

@@ -7,6 +7,7 @@
 //! Lengths are metres, angles radians, times seconds, colours linear Rec. 709, radiance W/(m² sr); the world is
 //! right-handed with y up.
 
+mod form;
 mod mesh;
 mod noise;
 mod program;
@@ -18,6 +19,7 @@ mod texture;
 mod track;
 mod world;
 
+pub use form::{Form, Influences, Morph, Skin, Target};
 pub use mesh::{Mesh, MeshError};
 pub use noise::{cellular_noise, gradient_noise};
 pub use program::{Operand, Operation, Program, STEPS, Step, Unfit, VALUES};

@@ -14,6 +14,13 @@ pub enum Track<T> {
     Const(T),
     /// Keyframes.
     Keys(Keys<T>),
+    /// Keyframes by a clock of their own.
+    Clocked {
+        /// The keyframes, their times as the clock tells them.
+        keys: Box<Keys<T>>,
+        /// Seconds, over the scene's time.
+        clock: Arc<Track<f64>>,
+    },
     /// An expression over `time`; its outputs are the components of `T` (see [`Value`]).
     Curve(Box<Tape>),
 }
