@@ -478,3 +478,13 @@ fn tangents_of_vec4_keep_their_sides() {
     near(turned.tangents[1].truncate(), DVec3::Y, "turned");
     assert_eq!((turned.tangents[1].w, turned.positions[2]), (-1.0, Vec3::Y));
 }
+
+#[test]
+fn what_a_skin_carries_can_be_made_of_something_else() {
+    let mut doc = skinned(false, true);
+    let text = "model m { file: \"m.gltf\", clip: \"Bend\", override \"Root/Body\" { material: gold } }
+        metal gold { spectrum: \"Au\" }";
+    let world = doc.at(text, 300);
+    let material = &world.materials[world.instances[0].material];
+    assert!(matches!(material.bsdf, kinora_scene::Bsdf::Metal { .. }), "{material:?}");
+}

@@ -98,10 +98,16 @@ fn model_overview(model: &Model) -> String {
             text.extend(lines.into_iter().map(|line| format!("  {line}\n")));
         }
     };
-    let nodes = model.nodes.iter().filter_map(|part| {
+    let mut shown: Vec<Option<&str>> = vec![None; model.nodes.len()];
+    for (at, part) in model.nodes.iter().enumerate() {
+        if let (Some((mesh, _)), Some(slot)) = (&part.shape, shown.get_mut(part.of.unwrap_or(at))) {
+            slot.get_or_insert(&mesh.name);
+        }
+    }
+    let nodes = model.nodes.iter().zip(shown).filter_map(|(part, mesh)| {
         let mut line = part.path.clone()?;
-        if let Some((mesh, _)) = &part.shape {
-            line += &format!("  (mesh {})", mesh.name);
+        if let Some(mesh) = mesh {
+            line += &format!("  (mesh {mesh})");
         }
         Some(line)
     });

@@ -152,6 +152,7 @@ fn of_mesh(path: &str, bytes: &[u8], files: &dyn Files) -> Result<Model, AssetEr
             parent: None,
             placing: Placing::default(),
             shape: Some((Arc::new(shape), root)),
+            of: None,
             form: None,
             camera: None,
             light: None,
@@ -452,7 +453,7 @@ fn replace_materials(
     }
     let mut given: Vec<Option<usize>> = Vec::with_capacity(parts.len());
     for (i, part) in parts.iter().enumerate() {
-        let outer = part.parent.map_or(request.material, |parent| given[parent]);
+        let outer = part.of.or(part.parent).map_or(request.material, |outer| given[outer]);
         let material = own[i].or(outer);
         given.push(material);
         if let (Some(material), Some(_), Some(node)) = (material, &part.shape, scene.nodes.get_mut(placed.first + i)) {

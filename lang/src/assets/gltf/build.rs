@@ -103,7 +103,7 @@ pub fn build(
         let mesh = nodes.get(node).and_then(|node| follow(root, "meshes", node, "mesh")).map(|(_, mesh)| mesh);
         mesh.and_then(|mesh| list(mesh, "primitives").first()).map_or(0, |first| list(first, "targets").len())
     };
-    model.clips = clip::read(root, buffers, &part_of, targets, materials.warnings)?;
+    model.clips = clip::read(root, buffers, &part_of, targets, materials.warnings);
     if !model.clips.is_empty() {
         build.rigs(&part_of, &mut parts)?;
     }
@@ -220,6 +220,7 @@ impl Build<'_, '_> {
             path: None,
             parent,
             placing,
+            of: None,
             shape: None,
             form: None,
             camera: None,
@@ -312,6 +313,7 @@ impl Build<'_, '_> {
                         path: None,
                         parent,
                         placing: Placing::default(),
+                        of: Some(part),
                         shape,
                         form: None,
                         camera: None,

@@ -65,45 +65,58 @@ pub fn scaled(root: &Value) -> HashSet<usize> {
 }
 
 /// Reads the animations; `part_of`: the part that each node became, and how many morph targets its mesh has.
-///
-/// # Errors
-/// An accessor cannot be read.
 pub fn read(
     root: &Value,
     buffers: &Buffers<'_>,
     part_of: &[Option<usize>],
     targets: impl Fn(usize) -> usize,
     warnings: &mut Warnings,
-) -> Result<Vec<Clip>, Fault> {
+) -> Vec<Clip> {
     let mut clips = Vec::new();
     for (i, animation) in list(root, "animations").iter().enumerate() {
-        let samplers = list(animation, "samplers");
-        let mut channels = Vec::new();
-        for channel in list(animation, "channels") {
-            let target = channel.get("target").unwrap_or(&Value::Null);
-            // Without a node an extension says what moves; and what is not in the scene is not seen.
-            let Some(node) = index(target, "node") else { continue };
-            let Some(part) = part_of.get(node).copied().flatten() else { continue };
-            let Some(sampler) = index(channel, "sampler").and_then(|at| samplers.get(at)) else { continue };
-            let sampler = Sampler::open(root, buffers, sampler)?;
-            let moved = match text(target, "path").unwrap_or("") {
-                "translation" => Moved::Position(sampler.keys(1, 0, vector)),
-                "scale" => Moved::Scale(sampler.keys(1, 0, vector)),
-                "rotation" => Moved::Rotation(sampler.rotations()),
-                "weights" => {
-                    let count = targets(node);
-                    Moved::Weights((0..count).map(|at| sampler.keys(count, at, |[x, ..]| x)).collect())
-                }
-                other => {
-                    warnings.add(format!("a channel of `{other}`"), "it stands still");
-                    continue;
-                }
-            };
-            channels.push(Channel { part, moved });
+        let name = name_of(animation, "animation", i);
+        match channels(root, buffers, animation, part_of, &targets, warnings) {
+            Ok(channels) => clips.push(Clip { name, channels }),
+            // What is for an extension to fill, or lies elsewhere on purpose.
+            Err(_) => warnings.add(format!("the clip `{name}` without its numbers"), "it is left out"),
         }
-        clips.push(Clip { name: name_of(animation, "animation", i), channels });
     }
-    Ok(clips)
+    clips
+}
+
+fn channels(
+    root: &Value,
+    buffers: &Buffers<'_>,
+    animation: &Value,
+    part_of: &[Option<usize>],
+    targets: &impl Fn(usize) -> usize,
+    warnings: &mut Warnings,
+) -> Result<Vec<Channel>, Fault> {
+    let samplers = list(animation, "samplers");
+    let mut channels = Vec::new();
+    for channel in list(animation, "channels") {
+        let target = channel.get("target").unwrap_or(&Value::Null);
+        // Without a node an extension says what moves; and what is not in the scene is not seen.
+        let Some(node) = index(target, "node") else { continue };
+        let Some(part) = part_of.get(node).copied().flatten() else { continue };
+        let Some(sampler) = index(channel, "sampler").and_then(|at| samplers.get(at)) else { continue };
+        let sampler = Sampler::open(root, buffers, sampler)?;
+        let moved = match text(target, "path").unwrap_or("") {
+            "translation" => Moved::Position(sampler.keys(1, 0, vector)),
+            "scale" => Moved::Scale(sampler.keys(1, 0, vector)),
+            "rotation" => Moved::Rotation(sampler.rotations()),
+            "weights" => {
+                let count = targets(node);
+                Moved::Weights((0..count).map(|at| sampler.keys(count, at, |[x, ..]| x)).collect())
+            }
+            other => {
+                warnings.add(format!("a channel of `{other}`"), "it stands still");
+                continue;
+            }
+        };
+        channels.push(Channel { part, moved });
+    }
+    Ok(channels)
 }
 
 fn vector([x, y, z, _]: [f64; 4]) -> DVec3 {

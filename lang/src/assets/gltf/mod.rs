@@ -139,6 +139,8 @@ pub struct Part {
     pub parent: Option<usize>,
     /// How it is placed there.
     pub placing: Placing,
+    /// Of what belongs to another part, whether it moves with it or not, that part.
+    pub of: Option<usize>,
     /// Its triangles, as they are at rest, and their material.
     pub shape: Option<(Arc<Mesh>, usize)>,
     /// What changes its form.
