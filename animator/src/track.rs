@@ -169,7 +169,9 @@ const SNAP_S: f64 = 1e-9;
 /// [`Outside`] says.
 pub(crate) fn at<T: Blend>(keys: &Keys<T>, time_s: f64) -> T {
     let nothing = || T::assemble(&vec![f64::NAN; T::COMPONENTS]);
-    let (Some(first), Some(last)) = (keys.keys.first(), keys.keys.last()) else { return nothing() };
+    let (Some(first), Some(last), false) = (keys.keys.first(), keys.keys.last(), time_s.is_nan()) else {
+        return nothing();
+    };
     let length = last.time_s - first.time_s;
     let since = time_s - first.time_s;
     let before = since < -SNAP_S;

@@ -187,6 +187,15 @@ fn keys_go_on_as_fast_as_they_come() {
 }
 
 #[test]
+fn keys_may_have_a_clock_of_their_own() {
+    let of = keys([(1.0, 0.0, Ease::Linear), (2.0, 4.0, Ease::Linear)]);
+    let clocked = |clock: Track<f64>| Track::Clocked { keys: Box::new(of.clone()), clock: std::sync::Arc::new(clock) };
+    check(&clocked(Track::Const(1.5)), 9.0, 2.0);
+    check(&clocked(Track::Keys(keys([(0.0, 1.0, Ease::Linear), (10.0, 2.0, Ease::Linear)]))), 2.5, 1.0);
+    assert!(value(&clocked(Track::Const(f64::NAN)), 1.0, FPS).is_nan());
+}
+
+#[test]
 fn there_may_be_no_value_outside() {
     let of = [(1.0, 0.0, Ease::Linear), (2.0, 4.0, Ease::Linear)];
     let track = going_on(Outside::Error, of);

@@ -9,6 +9,9 @@ use kinora_scene::{LightKind, Mesh, Shape, World};
 use kinora_tests::world_at;
 use serde_json::{Value, json};
 
+/// Node, path, interpolation, times, numbers an element, values.
+type Channel<'a> = (usize, &'a str, &'a str, &'a [f64], usize, &'a [f64]);
+
 /// A document that grows.
 struct Document {
     bytes: Vec<u8>,
@@ -69,8 +72,8 @@ impl Document {
         )
     }
 
-    /// A clip called so, of channels: node, path, interpolation, times, numbers an element, values.
-    fn clip(&mut self, name: &str, channels: &[(usize, &str, &str, &[f64], usize, &[f64])]) {
+    /// A clip called so.
+    fn clip(&mut self, name: &str, channels: &[Channel<'_>]) {
         let (mut all, mut samplers) = (Vec::new(), Vec::new());
         for (node, path, way, times, each, values) in channels {
             let (input, output) = (self.floats(1, times), self.floats(*each, values));

@@ -117,7 +117,10 @@ fn material_moves(material: &Material<Animated>) -> bool {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use kinora_scene::{Blades, Clock, Key, Keys, Look, Node, Outside, Placing, Render, Tonemap, Way};
+    use kinora_scene::{
+        Blades, Clock, Form, Instruction, Key, Keys, Look, Map, Morph, Node, Outside, Placing, Render, Slot, Tape,
+        Texture, Tonemap, Way,
+    };
 
     use super::*;
 
@@ -207,6 +210,14 @@ mod tests {
         check(true, |scene| scene.look.exposure = keys(1.0));
         check(true, |scene| scene.materials[0].opacity = keys(0.5));
         check(true, |scene| scene.materials.push(Bsdf::Mix { a: 0, b: 0, amount: keys(0.5) }.into()));
+        check(true, |scene| {
+            let morph = Some(Morph { targets: Default::default(), weights: vec![keys(0.5)] });
+            scene.nodes[0].form = Some(Box::new(Form { mesh: Default::default(), morph, skin: None }));
+        });
+        check(true, |scene| {
+            let tape = Tape { code: vec![Instruction::Time], outputs: vec![0], ..Tape::default() };
+            scene.materials[0].maps = vec![Map { slot: Slot::Opacity, texture: Texture::Tape(tape).into() }];
+        });
         check(true, |scene| {
             let light = SkyLight::Color(keys(glam::Vec3::ONE));
             let sky = Sky { light, strength: 1.0.into(), visible: true };

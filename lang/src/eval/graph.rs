@@ -58,6 +58,7 @@ impl Graph {
         if register == next {
             let mut points = match instruction {
                 Instruction::Point(point, _) => Points::of(point),
+                Instruction::Input => Points::INPUT,
                 _ => Points::default(),
             };
             instruction.reads(|below| points = points.and(self.points[below as usize]));
