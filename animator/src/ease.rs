@@ -1,31 +1,72 @@
-//! Timing curves: how far a segment between two keys has come. CSS Easing Functions Level 2, and Robert Penner's
-//! families in the form of easings.net.
+//! Timing curves: how far a segment between two keys has come. CSS Easing Functions Level 2, Robert Penner's families in
+//! the form of easings.net, damped springs, and functions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use kinora_scene::{Bezier, Direction, Ease, Family, Jump};
+use kinora_scene::{Bezier, Direction, Ease, Family, Jump, Spring};
+
+use crate::tape;
 
 /// How far a segment has come, 0 at its first key and 1 at the key it arrives at, when the part `t` of its time has
 /// passed; `t` outside 0..=1 counts as the nearer end.
 ///
-/// The ends are exact, 0 and 1, for every curve but `steps`, which may jump at either. Between them a curve may leave
-/// 0..=1. Béziers are exact to 1e-7 for all handles with x in 0..=1; an x outside is moved to the nearer end.
-pub fn ease(ease: Ease, t: f64) -> f64 {
-    if let Ease::Steps(count, jump) = ease {
-        return steps(count, jump, t.clamp(0.0, 1.0));
-    }
-    if t <= 0.0 {
-        return 0.0;
-    }
-    if t >= 1.0 {
-        return 1.0;
-    }
+/// The ends are exact, 0 and 1, for every curve but `steps`, which may jump at either, and functions, which are asked.
+/// Between them a curve may leave 0..=1. Béziers are exact to 1e-7 for all handles with x in 0..=1; an x outside is moved
+/// to the nearer end. A spring is where it is: what is left of its way at the end, it jumps.
+pub fn ease(ease: &Ease, t: f64) -> f64 {
     match ease {
+        Ease::Steps(count, jump) => return steps(*count, *jump, t.clamp(0.0, 1.0)),
+        Ease::Function(function) => {
+            return tape::function(function, t.clamp(0.0, 1.0));
+        }
+        _ if t <= 0.0 => return 0.0,
+        _ if t >= 1.0 => return 1.0,
+        _ => {}
+    }
+    match *ease {
         Ease::Linear => t,
-        Ease::Step | Ease::Steps(..) => 0.0,
+        Ease::Step | Ease::Steps(..) | Ease::Function(_) => 0.0,
         Ease::Bezier(curve) => bezier(curve, t),
         Ease::Penner(family, direction) => penner(family, direction, t),
+        Ease::Spring(of) => spring(of, t),
     }
+}
+
+/// How fast a segment is at its first key or, `at_end`, at its last, as a multiple of constant speed: the slope of its curve
+/// there, from inside.
+pub(crate) fn end_slope(curve: &Ease, at_end: bool) -> f64 {
+    match curve {
+        Ease::Linear => 1.0,
+        Ease::Step | Ease::Steps(..) => 0.0,
+        curve => {
+            // Penner's expo has its jump at the end itself: of the parabola through three points beside it.
+            const H: f64 = 1e-5;
+            let inside = |far: f64| match at_end {
+                true => -ease(curve, 1.0 - far),
+                false => ease(curve, far),
+            };
+            (8.0 * inside(2.0 * H) - 5.0 * inside(H) - 3.0 * inside(3.0 * H)) / (2.0 * H)
+        }
+    }
+}
+
+/// x'' + 2 ζ ω x' + ω² x = ω² from rest at 0, by its three cases.
+fn spring(Spring { frequency, damping }: Spring, t: f64) -> f64 {
+    let decay = frequency * damping;
+    let left = if damping < 1.0 {
+        let swing = frequency * (1.0 - damping * damping).sqrt();
+        // ζω / ω' · sin ω't, where ω' may be 0.
+        let sine = if swing > 0.0 { (swing * t).sin() * decay / swing } else { 0.0 };
+        (-decay * t).exp() * ((swing * t).cos() + sine)
+    } else if damping == 1.0 {
+        (-decay * t).exp() * (1.0 + decay * t)
+    } else {
+        // Of two large numbers far apart, the small root is not their difference.
+        let fast = frequency * (damping + (damping * damping - 1.0).sqrt());
+        let slow = frequency * frequency / fast;
+        if fast > slow { (fast * (-slow * t).exp() - slow * (-fast * t).exp()) / (fast - slow) } else { 1.0 }
+    };
+    1.0 - left
 }
 
 /// CSS `steps(count, jump)`.

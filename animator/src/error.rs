@@ -55,6 +55,8 @@ pub enum Fault {
     NoFocus,
     /// The scene has no camera.
     NoCamera,
+    /// Its keys begin later or end sooner, and have no value outside.
+    OutsideKeys,
 }
 
 impl fmt::Display for SampleError {
@@ -70,6 +72,7 @@ impl fmt::Display for SampleError {
         }
         match self.fault {
             Fault::NotFinite => write!(f, " is not a finite number")?,
+            Fault::OutsideKeys => write!(f, " has no key before or after this time, and `outside: error`")?,
             Fault::OutOfRange { value, range } => write!(f, " is {value} and must be {range}")?,
             Fault::Singular => write!(f, " leaves no volume")?,
             Fault::AimedAtItself => write!(f, " is the camera's own position")?,

@@ -9,11 +9,11 @@
 //!
 //! ```
 //! use kinora_animator::value;
-//! use kinora_scene::{Ease, Key, Keys, Outside, Space, Track};
+//! use kinora_scene::{Ease, Key, Keys, Outside, Track, Way};
 //!
 //! let key = |time_s, value| Key { time_s, value, ease: Ease::Linear };
 //! let keys = vec![key(0.0, 1.0), key(2.0, 5.0)];
-//! let height = Track::Keys(Keys { keys, outside: Outside::Hold, space: Space::Linear });
+//! let height = Track::Keys(Keys { keys, way: Way::Straight, outside: Outside::Hold });
 //! assert_eq!(value(&height, 0.5, 24.0), 2.0);
 //! ```
 //!
@@ -24,6 +24,7 @@ mod aim;
 mod camera;
 mod ease;
 mod error;
+mod form;
 mod light;
 mod material;
 mod moments;

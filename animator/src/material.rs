@@ -106,19 +106,10 @@ fn texture(read: Reader<'_>, moving: &Arc<Texture>) -> Arc<Texture> {
     };
     match &**moving {
         Texture::Tape(tape) if tape.moves() => Arc::new(Texture::Tape(read.still(tape))),
-        Texture::Checker { a, b, scale, uv_set } if moves(moving) => {
+        Texture::Checker { a, b, scale, uv_set } if moving.moves() => {
             Arc::new(Texture::Checker { a: paint(a), b: paint(b), scale: *scale, uv_set: *uv_set })
         }
         _ => moving.clone(),
-    }
-}
-
-fn moves(texture: &Texture) -> bool {
-    let inside = |paint: &Paint| matches!(paint, Paint::Texture(inside) if moves(inside));
-    match texture {
-        Texture::Tape(tape) => tape.moves(),
-        Texture::Checker { a, b, .. } => inside(a) || inside(b),
-        _ => false,
     }
 }
 

@@ -23,8 +23,9 @@ pub(crate) fn poses(scene: &Scene, now: Now) -> Vec<Pose> {
     for (index, node) in scene.nodes.iter().enumerate() {
         let read = now.reader(Place::Node(index), &node.name);
         let shown = node.parent.and_then(|parent| poses.get(parent)).is_none_or(|parent| parent.shown);
-        let world_from_node = world_from(&poses, node, read);
-        poses.push(Pose { world_from_node, shown: shown && !node.only_copied && read.flag(&node.visible) });
+        let mut world_from_node = world_from(&poses, node, read);
+        let visible = visible(node, read, &mut world_from_node);
+        poses.push(Pose { world_from_node, shown: shown && !node.only_copied && visible });
     }
     poses
 }
@@ -58,16 +59,32 @@ pub(crate) fn within(
         let (Some(node), true) = (scene.nodes.get(index), found.len() < poses.len()) else { continue };
         let read = now.reader(Place::Node(index), &node.name);
         let above: Option<&Pose> = parent.and_then(|at: usize| found.get(at)).map(|(_, pose)| pose);
-        let shown = above.is_none_or(|above| above.shown && read.flag(&node.visible));
-        let world_from_node = match above {
+        let mut world_from_node = match above {
             Some(above) => above.world_from_node.clone().and_then(|above| placed(above, node, read)),
             None => placed(DAffine3::IDENTITY, node, read),
         };
+        let shown = above.is_none_or(|above| above.shown && visible(node, read, &mut world_from_node));
         let at = Some(found.len());
         found.push((index, Pose { world_from_node, shown }));
         open.extend(children.get(index).into_iter().flatten().rev().map(|child| (*child, at)));
     }
     found
+}
+
+/// Whether a transform has an inverse that numbers can hold.
+pub(crate) fn has_volume(pose: DAffine3) -> bool {
+    pose.matrix3.determinant().is_normal() && pose.inverse().is_finite()
+}
+
+/// Whether the node itself is visible; where that cannot be said it is, and its pose tells who needs it.
+fn visible(node: &Node, read: Reader<'_>, pose: &mut Result<DAffine3, SampleError>) -> bool {
+    if node.vanishes && pose.as_ref().is_ok_and(|pose| !has_volume(*pose)) {
+        return false;
+    }
+    read.flag("visible", &node.visible).unwrap_or_else(|error| {
+        *pose = Err(error);
+        true
+    })
 }
 
 fn world_from(earlier: &[Pose], node: &Node, read: Reader<'_>) -> Result<DAffine3, SampleError> {
@@ -82,7 +99,7 @@ fn placed(world_from_parent: DAffine3, node: &Node, read: Reader<'_>) -> Result<
     let position = read.vector("position", &node.placing.position)?;
     let rotation = read.rotation("rotation", &node.placing.rotation)?;
     let scale = read.vector("scale", &node.placing.scale)?;
-    if scale.cmpeq(glam::DVec3::ZERO).any() {
+    if scale.cmpeq(glam::DVec3::ZERO).any() && !node.vanishes {
         return Err(read.error("scale", Fault::Singular));
     }
     let world_from_node = world_from_parent * DAffine3::from_scale_rotation_translation(scale, rotation, position);

@@ -6,7 +6,7 @@ use kinora_scene::{Color, Tape, Track};
 use crate::{
     error::{Fault, Place, SampleError},
     tape,
-    track::{Blend, unit, value},
+    track::{Blend, lacks, unit, value},
 };
 
 /// Rounding may carry a value so far over the end of its range; it is taken as the end.
@@ -88,12 +88,32 @@ impl Reader<'_> {
         value(track, self.now.time_s, self.now.fps)
     }
 
-    pub fn flag(self, track: &Track<bool>) -> bool {
-        self.value(track)
+    /// An error of a value: where it is no number because keys have none at this time, that.
+    fn fault<T>(self, property: &'static str, track: &Track<T>, fault: Fault) -> SampleError {
+        let time_s = self.now.time_s;
+        let lacking = match track {
+            Track::Const(_) => false,
+            Track::Clocked { keys, clock } => lacks(keys, self.value(clock)),
+            Track::Keys(keys) => lacks(keys, time_s),
+            Track::Curve(tape) => {
+                tape.curves.iter().any(|keys| lacks(keys, time_s)) || tape.turns.iter().any(|keys| lacks(keys, time_s))
+            }
+        };
+        self.error(property, if fault == Fault::NotFinite && lacking { Fault::OutsideKeys } else { fault })
+    }
+
+    pub fn flag(self, property: &'static str, track: &Track<bool>) -> Result<bool, SampleError> {
+        let known = match track {
+            Track::Const(_) => true,
+            Track::Clocked { keys, clock } => !lacks(keys, self.value(clock)),
+            Track::Keys(keys) => !lacks(keys, self.now.time_s),
+            Track::Curve(tape) => tape::run(tape, self.now.time_s, self.now.fps).iter().all(|part| !part.is_nan()),
+        };
+        if known { Ok(self.value(track)) } else { Err(self.fault(property, track, Fault::NotFinite)) }
     }
 
     pub fn number(self, property: &'static str, track: &Track<f64>, range: Range) -> Result<f64, SampleError> {
-        self.check(property, self.value(track), range)
+        range.fit(self.value(track)).map_err(|fault| self.fault(property, track, fault))
     }
 
     /// A number that stands still.
@@ -102,7 +122,8 @@ impl Reader<'_> {
     }
 
     pub fn vector(self, property: &'static str, track: &Track<DVec3>) -> Result<DVec3, SampleError> {
-        self.finite(property, self.value(track))
+        let v: DVec3 = self.value(track);
+        if v.is_finite() { Ok(v) } else { Err(self.fault(property, track, Fault::NotFinite)) }
     }
 
     pub fn finite(self, property: &'static str, v: DVec3) -> Result<DVec3, SampleError> {
@@ -111,13 +132,14 @@ impl Reader<'_> {
 
     pub fn rotation(self, property: &'static str, track: &Track<DQuat>) -> Result<DQuat, SampleError> {
         let q = unit(self.value(track));
-        if q.is_finite() { Ok(q) } else { Err(self.error(property, Fault::NotFinite)) }
+        if q.is_finite() { Ok(q) } else { Err(self.fault(property, track, Fault::NotFinite)) }
     }
 
     pub fn color(self, property: &'static str, track: &Track<Color>, range: Range) -> Result<Color, SampleError> {
         let mut color = self.value(track);
         for channel in color.as_mut() {
-            *channel = self.check(property, f64::from(*channel), range)? as f32;
+            let fit = range.fit(f64::from(*channel));
+            *channel = fit.map_err(|fault| self.fault(property, track, fault))? as f32;
         }
         Ok(color)
     }

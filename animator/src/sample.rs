@@ -10,10 +10,11 @@ use kinora_scene::{
 use crate::{
     camera::view,
     error::{Fault, Place, SampleError},
+    form::formed,
     light::light,
     material::{look, material, shape, sky},
     moments::moments,
-    pose::{Pose, poses, within},
+    pose::{Pose, find, has_volume, poses, within},
     read::Now,
 };
 
@@ -76,8 +77,14 @@ fn world(scene: &Scene, shutter: Shutter, time_s: f64, moving: bool) -> Result<W
         lights.extend(lamp(scene, index, &stage, next.as_ref())?);
     }
 
-    let mut collected =
-        Collected { scene, now, next: next.as_ref(), name: scene.nodes.len() + scene.lights.len(), roots: Vec::new() };
+    let mut collected = Collected {
+        scene,
+        now,
+        poses,
+        next: next.as_ref(),
+        name: scene.nodes.len() + scene.lights.len(),
+        roots: Vec::new(),
+    };
     let mut seen = Part::default();
     for (index, pose) in poses.iter().enumerate() {
         if pose.shown {
@@ -111,6 +118,8 @@ fn world(scene: &Scene, shutter: Shutter, time_s: f64, moving: bool) -> Result<W
 struct Collected<'s> {
     scene: &'s Scene,
     now: Now,
+    /// Where the nodes are in the world.
+    poses: &'s [Pose],
     /// The next frame, if motion is wanted.
     next: Option<&'s Stage>,
     /// What the next copy is called.
@@ -126,8 +135,7 @@ impl Collected<'_> {
         let read = self.now.reader(Place::Node(index), &node.name);
         let place = pose.world_from_node.clone()?;
         let next = next.map(|next| next.world_from_node.clone()).transpose()?;
-        let singular = || !place.matrix3.determinant().is_normal() || !place.inverse().is_finite();
-        if (node.shape.is_some() || node.copies.is_some()) && singular() {
+        if (node.shape.is_some() || node.copies.is_some()) && !has_volume(place) {
             return Err(read.error("scale", Fault::Singular));
         }
         let unknown = |material: usize| material >= self.scene.materials.len();
@@ -135,7 +143,10 @@ impl Collected<'_> {
             if unknown(node.material) {
                 return Err(read.error("material", Fault::Dangling));
             }
-            let still = shape(read, geometry)?;
+            let still = match &node.form {
+                Some(form) => Shape::Mesh(formed(read, form, find(self.poses, index, read, "clip")?, self.poses)?),
+                None => shape(read, geometry)?,
+            };
             let next = match (next, &still) {
                 (Some(next), Shape::Sphere { radius_m }) => {
                     let later = self.next.map_or(self.now, |stage| stage.now).reader(Place::Node(index), &node.name);

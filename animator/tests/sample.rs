@@ -88,8 +88,8 @@ fn the_next_frame_is_where_things_go() {
     let key = |time_s, value| Key { time_s, value, ease: Ease::Linear };
     hiding.nodes[0].visible = Track::Keys(Keys {
         keys: vec![key(0.0, true), key(time_s + 0.5 * step, false)],
+        way: Way::Straight,
         outside: Outside::Hold,
-        space: Space::Linear,
     });
     let hiding = sample_moving(&hiding, scene.clock.shutter_at(time_s)).unwrap();
     assert_eq!(hiding.instances[0].next, now.instances[0].next);
@@ -102,8 +102,8 @@ fn the_next_frame_is_where_things_go() {
                 Key { time_s, value: 1.0, ease: Ease::Linear },
                 Key { time_s: time_s + step, value: -1.0, ease: Ease::Linear },
             ],
+            way: Way::Straight,
             outside: Outside::Hold,
-            space: Space::Linear,
         }),
     });
     world(&gone, time_s);
@@ -245,7 +245,7 @@ fn what_is_hidden_hides_what_moves_with_it() {
         node("other", None, Some(sphere())),
     ];
     scene.nodes[0].visible =
-        Track::Keys(Keys { keys: vec![at(0.0, true), at(1.0, false)], outside: Outside::Hold, space: Space::Linear });
+        Track::Keys(Keys { keys: vec![at(0.0, true), at(1.0, false)], way: Way::Straight, outside: Outside::Hold });
     let nodes = |time_s| world(&scene, time_s).instances.iter().map(|i| i.node).collect::<Vec<_>>();
     assert_eq!(nodes(0.5), [2, 3]);
     assert_eq!(nodes(1.0), [3]);
@@ -273,8 +273,8 @@ fn a_frame_alone_is_that_frame_in_a_range() {
                     ease: Ease::Bezier(Bezier::SMOOTH),
                 })
                 .collect(),
+            way: Way::Straight,
             outside: Outside::Hold,
-            space: Space::Linear,
         }),
     });
     let range: Vec<_> = (0..96).map(|frame| sample(&scene, scene.clock.shutter_of(frame)).unwrap()).collect();

@@ -5,14 +5,14 @@ use std::f64::consts::{E, FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
 use glam::{DQuat, DVec3};
 use kinora_animator::{Blend, value};
 use kinora_scene::{
-    Binary, Color, Direction, Ease, Family, Instruction, Jump, Key, Keys, Orient, Outside, Space, Tape, Track, Unary,
+    Binary, Color, Direction, Ease, Family, Instruction, Jump, Key, Keys, Orient, Outside, Tape, Track, Unary, Way,
 };
 
 const FPS: f64 = 24.0;
 
 fn keys<T>(keys: impl IntoIterator<Item = (f64, T, Ease)>) -> Keys<T> {
     let keys = keys.into_iter().map(|(time_s, value, ease)| Key { time_s, value, ease }).collect();
-    Keys { keys, outside: Outside::Hold, space: Space::Linear }
+    Keys { keys, way: Way::Straight, outside: Outside::Hold }
 }
 
 fn curve<T>(code: Vec<Instruction>, outputs: &[u32]) -> Track<T> {
@@ -124,10 +124,163 @@ fn rotations_take_the_shorter_arc() {
 #[test]
 fn rotations_swing_past_their_key() {
     let back = Ease::Penner(Family::Back, Direction::Out);
-    let track = Track::Keys(keys([(0.0, DQuat::IDENTITY, Ease::Linear), (1.0, DQuat::from_rotation_y(1.0), back)]));
-    let t = kinora_animator::ease(back, 0.6);
+    let track =
+        Track::Keys(keys([(0.0, DQuat::IDENTITY, Ease::Linear), (1.0, DQuat::from_rotation_y(1.0), back.clone())]));
+    let t = kinora_animator::ease(&back, 0.6);
     assert!(t > 1.0);
     check_near(&track, 0.6, DQuat::from_rotation_y(t), 1e-14);
+}
+
+/// Keys that go on in some way outside.
+fn going_on<T>(outside: Outside, of: impl IntoIterator<Item = (f64, T, Ease)>) -> Track<T> {
+    Track::Keys(Keys { outside, ..keys(of) })
+}
+
+#[test]
+fn keys_repeat_and_turn_back() {
+    let of = || [(1.0, 0.0, Ease::Linear), (2.0, 4.0, Ease::Linear), (4.0, 2.0, Ease::Linear)];
+    let looped = [(1.0, 0.0), (1.5, 2.0), (4.0, 0.0), (4.5, 2.0), (5.0, 4.0), (0.0, 3.0), (-1.5, 2.0), (100.0, 0.0)];
+    for (time_s, expected) in looped {
+        check(&going_on(Outside::Loop, of()), time_s, expected);
+    }
+    let turned = [(1.0, 0.0), (4.0, 2.0), (5.0, 3.0), (6.5, 2.0), (7.0, 0.0), (7.5, 2.0), (0.5, 2.0), (-2.0, 2.0)];
+    for (time_s, expected) in turned {
+        check(&going_on(Outside::PingPong, of()), time_s, expected);
+    }
+    // A period that has no exact number begins with every turn all the same.
+    let tenth = going_on(Outside::Loop, [(0.0, 1.0, Ease::Linear), (0.1, 2.0, Ease::Linear)]);
+    for n in 0..1000 {
+        let found = value(&tenth, f64::from(n) * 0.1, FPS);
+        assert!((1.0..1.0001).contains(&found), "{n}: {found}");
+    }
+    // One key has no period.
+    check(&going_on(Outside::Loop, [(1.0, 5.0, Ease::Linear)]), 7.0, 5.0);
+    check(&going_on(Outside::PingPong, [(1.0, 5.0, Ease::Linear)]), 7.0, 5.0);
+    check(&going_on(Outside::Extend, [(1.0, 5.0, Ease::Linear)]), 7.0, 5.0);
+}
+
+#[test]
+fn keys_go_on_as_fast_as_they_come() {
+    let of = |first: Ease, last: Ease| {
+        going_on(Outside::Extend, [(1.0, 0.0, Ease::Linear), (2.0, 4.0, first), (4.0, 0.0, last)])
+    };
+    check(&of(Ease::Linear, Ease::Linear), 0.0, -4.0);
+    check(&of(Ease::Linear, Ease::Linear), 6.0, -4.0);
+    let quad = |direction| Ease::Penner(Family::Quad, direction);
+    // t² is twice as fast at its end, and stands at its beginning.
+    check_near(&of(quad(Direction::In), quad(Direction::In)), 6.0, -8.0, 1e-8);
+    check_near(&of(quad(Direction::In), quad(Direction::In)), -1.0, 0.0, 1e-8);
+    check_near(&of(quad(Direction::Out), quad(Direction::Out)), 0.0, -8.0, 1e-8);
+    // 2^(10 t − 10) has a slope of 10 ln 2 at its end, and a jump at its beginning.
+    let expo = of(Ease::Penner(Family::Expo, Direction::In), Ease::Penner(Family::Expo, Direction::In));
+    check_near(&expo, 5.0, -2.0 * 10.0 * 2.0_f64.ln(), 1e-5);
+    check_near(&expo, 0.0, -4.0 * 10.0 * 2.0_f64.ln() / 1024.0, 1e-5);
+    check(&of(Ease::Linear, Ease::Step), 6.0, 0.0);
+    check(&going_on(Outside::Extend, [(0.0, false, Ease::Linear), (1.0, true, Ease::Linear)]), 3.0, true);
+    // Rotations keep turning.
+    let y = DQuat::from_rotation_y;
+    let spin = going_on(Outside::Extend, [(0.0, y(0.0), Ease::Linear), (1.0, y(1.0), Ease::Linear)]);
+    for time_s in [-1.5, 2.0, 7.0] {
+        let off = value(&spin, time_s, FPS).angle_between(y(time_s));
+        assert!(off < 1e-7, "{time_s}: {off}");
+    }
+}
+
+#[test]
+fn keys_may_have_a_clock_of_their_own() {
+    let of = keys([(1.0, 0.0, Ease::Linear), (2.0, 4.0, Ease::Linear)]);
+    let clocked = |clock: Track<f64>| Track::Clocked { keys: Box::new(of.clone()), clock: std::sync::Arc::new(clock) };
+    check(&clocked(Track::Const(1.5)), 9.0, 2.0);
+    check(&clocked(Track::Keys(keys([(0.0, 1.0, Ease::Linear), (10.0, 2.0, Ease::Linear)]))), 2.5, 1.0);
+    assert!(value(&clocked(Track::Const(f64::NAN)), 1.0, FPS).is_nan());
+}
+
+#[test]
+fn there_may_be_no_value_outside() {
+    let of = [(1.0, 0.0, Ease::Linear), (2.0, 4.0, Ease::Linear)];
+    let track = going_on(Outside::Error, of);
+    check(&track, 1.0, 0.0);
+    check(&track, 2.0, 4.0);
+    assert!(value(&track, 0.99, FPS).is_nan() && value(&track, 2.01, FPS).is_nan());
+}
+
+/// Keys 0, 1, … 2 seconds apart, with these tangents in and out.
+fn cubic<T: Clone>(of: &[(T, T, T)]) -> Track<T> {
+    let key = |(i, (_, value, _)): (usize, &(T, T, T))| (2.0 * i as f64, value.clone(), Ease::Linear);
+    let tangents = of.iter().map(|(into, _, out)| [into.clone(), out.clone()]).collect();
+    Track::Keys(Keys { way: Way::Cubic(tangents), ..keys(of.iter().enumerate().map(key)) })
+}
+
+#[test]
+fn cubics_are_those_of_hermite() {
+    // The table of the reference, whose segment is one second: tangents of two seconds are half of it.
+    let track = cubic(&[(0.0, 0.0, 0.5), (-0.5, 2.0, 0.0)]);
+    for (t, expected) in [(0.0, 0.0), (0.25, 0.5), (0.5, 1.25), (0.75, 1.875), (1.0, 2.0)] {
+        check_near(&track, 2.0 * t, expected, 1e-15);
+    }
+    // t³ of each component, whose slope is 3 t².
+    let at = |t: f64| DVec3::new(t, 2.0 * t, -t) * t * t;
+    let slope = |t: f64| DVec3::new(1.0, 2.0, -1.0) * 3.0 * t * t;
+    let track = cubic(&[
+        (slope(0.0), at(0.0), slope(0.0)),
+        (slope(2.0), at(2.0), slope(2.0)),
+        (slope(4.0), at(4.0), slope(4.0)),
+    ]);
+    for time_s in [0.0, 0.3, 1.0, 2.0, 2.7, 4.0] {
+        check_near(&track, time_s, at(time_s), 1e-12);
+    }
+    let Track::Keys(inside) = track else { unreachable!() };
+    let extended = Track::Keys(Keys { outside: Outside::Extend, ..inside });
+    check_near(&extended, 5.0, at(4.0) + slope(4.0), 1e-12);
+}
+
+#[test]
+fn cubic_rotations_are_made_unit() {
+    // glTF 2.0, appendix C.4: by components, then made unit.
+    let (a, b) = (DQuat::from_rotation_y(0.0), DQuat::from_rotation_y(FRAC_PI_2));
+    let still = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
+    let track = cubic(&[(still, a, still), (still, b, still)]);
+    check_near(&track, 1.0, (a + b).normalize(), 1e-15);
+    let half = ((a * 0.84375) + (b * 0.15625)).normalize();
+    check_near(&track, 0.5, half, 1e-15);
+    // What turns at 1 rad/s goes on so.
+    let tangent = |q: DQuat| DQuat::from_xyzw(0.0, 0.5, 0.0, 0.0) * q;
+    let Track::Keys(inside) = cubic(&[(tangent(a), a, tangent(a)), (tangent(b), b, tangent(b))]) else {
+        unreachable!()
+    };
+    let extended = Track::Keys(Keys { outside: Outside::Extend, ..inside });
+    check_near(&extended, 5.0, DQuat::from_rotation_y(FRAC_PI_2 + 3.0), 1e-12);
+    check_near(&extended, -1.0, DQuat::from_rotation_y(-1.0), 1e-12);
+}
+
+#[test]
+fn squads_turn_evenly_and_without_a_jerk() {
+    // About one axis at even speed it is the turn itself, also past half a turn and whatever the signs.
+    let y = DQuat::from_rotation_y;
+    let even =
+        keys((0..6).map(|i| (f64::from(i), y(f64::from(i)) * if i % 2 == 0 { 1.0 } else { -1.0 }, Ease::Linear)));
+    let even = Track::Keys(Keys { way: Way::Squad, ..even });
+    for i in 0..=50 {
+        let time_s = f64::from(i) / 10.0;
+        assert!(value(&even, time_s, FPS).angle_between(y(time_s)) < 1e-7, "{time_s}");
+    }
+    // Any turns: through the keys, and as fast after each as before it.
+    let turns: Vec<DQuat> = (0..5)
+        .map(|i| DQuat::from_euler(glam::EulerRot::XYZ, f64::from(i) * 0.7, f64::from(i * i) * 0.3, -0.5))
+        .collect();
+    let all = keys(turns.iter().enumerate().map(|(i, turn)| (i as f64, *turn, Ease::Linear)));
+    let track = Track::Keys(Keys { way: Way::Squad, ..all });
+    let h = 1e-5;
+    for (i, turn) in turns.iter().enumerate() {
+        let time_s = i as f64;
+        check_near(&track, time_s, *turn, 1e-14);
+        if (1..4).contains(&i) {
+            let spin = |a: DQuat, b: DQuat| (b * a.conjugate()).to_scaled_axis() / h;
+            let before = spin(value(&track, time_s - h, FPS), *turn);
+            let after = spin(*turn, value(&track, time_s + h, FPS));
+            assert!((before - after).length() < 1e-3, "{i}: {before} {after}");
+        }
+    }
 }
 
 /// The result of one operation on constants.

@@ -268,6 +268,7 @@ impl Loaded {
     fn fault(&self, error: &SampleError) -> Diagnostic {
         let code = match (error.fault, error.property) {
             (Fault::NotFinite, _) => "E0403",
+            (Fault::OutsideKeys, _) => "E0614",
             (Fault::OutOfRange { .. }, "ior") => "E0406",
             (Fault::OutOfRange { .. }, "color" | "edge_tint" | "tint" | "roughness" | "attenuation_color")
                 if !matches!(error.place, Place::Sky | Place::Light(_)) =>

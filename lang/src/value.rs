@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use kinora_scene::Ease;
+use kinora_scene::{Ease, Outside};
 use smallvec::SmallVec;
 
 use crate::builtin::texture::Texture;
@@ -72,19 +72,45 @@ pub enum Value {
     /// What varies over a surface.
     Texture(Arc<Texture>),
     /// Keyframes, kept whole until something is computed with them.
-    Keys(Arc<Vec<KeyItem>>),
+    Keys(Arc<Keyed>),
 }
 
 /// The components of a vector.
 pub type Numbers = SmallVec<[Number; 4]>;
+
+/// Evaluated keyframes: at least one, of one type, by time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Keyed {
+    /// The keys.
+    pub keys: Vec<KeyItem>,
+    /// The curve through them.
+    pub through: Through,
+    /// What holds before the first and after the last.
+    pub outside: Outside,
+    /// Of colours: whether lightness, chroma and hue are interpolated, by OKLCh.
+    pub oklch: bool,
+}
+
+/// The curve through keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Through {
+    /// Straight from key to key.
+    Straight,
+    /// Without a corner.
+    Spline,
+    /// With the tangents that each key has.
+    Tangents,
+}
 
 /// One evaluated keyframe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyItem {
     /// Seconds.
     pub time_s: f64,
-    /// A value without `time` in it.
+    /// The value.
     pub value: Value,
+    /// How much it changes a second, coming and going; of a rotation, as quaternions. Level where it is not given.
+    pub tangents: Option<Box<[Value; 2]>>,
     /// The way to this key.
     pub ease: Ease,
     /// The place of the value.
@@ -177,7 +203,7 @@ impl Value {
             Value::Node(_) | Value::Inner(..) => "a node".into(),
             Value::Word(word) => format!("`{word}`"),
             Value::Texture(texture) => texture.with_article().into(),
-            Value::Keys(keys) => match keys.first() {
+            Value::Keys(keyed) => match keyed.keys.first() {
                 Some(key) => key.value.with_article(),
                 None => "keys".into(),
             },

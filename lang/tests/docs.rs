@@ -28,9 +28,13 @@ fn around(fragment: &str) -> String {
 fn files() -> Vec<(String, Vec<u8>)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let read = |path: &str| std::fs::read(root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
-    let robot = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,2,4]}],"scene":0,"nodes":[
+    let robot = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,2,4,5]}],"scene":0,"nodes":[
         {"name":"Body","children":[1]},{"name":"Visor"},{"name":"Arm","children":[3]},{"name":"Hand"},
-        {"name":"front","camera":0}],
+        {"name":"front","camera":0},{"name":"Head"}],
+        "accessors":[{"componentType":5126,"count":1,"type":"SCALAR","min":[0],"max":[0]},
+            {"componentType":5126,"count":1,"type":"VEC3"}],
+        "animations":[{"name":"Wave","channels":[{"sampler":0,"target":{"node":2,"path":"translation"}}],
+            "samplers":[{"input":0,"output":1}]}],
         "cameras":[{"name":"front","type":"perspective","perspective":{"yfov":0.7,"znear":0.1}}]}"#;
     vec![
         ("bricks.png".into(), read("docs/pictures/bricks.png")),

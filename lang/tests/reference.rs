@@ -79,7 +79,7 @@ What stands in `[ ]` may be left out. `,` and `;` between items, and at the end 
 | `for i in list { .. }` · `for i, item in list { .. }` | once for each item of a list or range |
 | `if condition { .. } [else if condition { .. }] [else { .. }]` | a choice of items |
 | `if condition { value } else { value }` | a choice of values |
-| `keys[(interpolate: .., outside: .., space: ..)] { time: value [ease curve] .. }` | a value over time; `after 1s:` counts from the key before |
+| `keys[(interpolate: .., outside: .., space: ..)] { time: value [ease curve] .. }` | a value over time; `after 1s:` counts from the key before; `interpolate: eased`, `linear`, `step`, `spline`, `hermite` (keys `{ value, in, out }`); `outside: hold`, `loop`, `pingpong`, `extend`, `error`; `space: linear`, `oklch` |
 | `[a, b]` · `[for i in list [if condition]: value]` | a list |
 | `(a, b)` | a vector, where all are numbers |
 | `a..b` | a range of whole numbers, b left out |
@@ -317,7 +317,8 @@ fn easing(page: &mut String) {
     let jumps: Vec<&str> = ease::JUMPS.iter().map(|row| row.0).collect();
     write!(
         page,
-        "\n## Easing\n\nAfter `ease`, the way to a key: {}; `bezier(x1, y1, x2, y2)` with x in 0..1, `steps(n, {})`.\n",
+        "\n## Easing\n\nAfter `ease`, the way to a key: {}; `bezier(x1, y1, x2, y2)` with x in 0..1, `steps(n, {})`, \
+         `spring(mass, stiffness, damping)` in seconds; the name of a function of one number.\n",
         list(ease::names().iter().map(String::as_str)),
         jumps.join(" | "),
     )

@@ -219,12 +219,6 @@ fn properties_on_the_command_line() {
     check("nothing.samples", "0", "E0203", "`--set nothing.samples=0`: no node named `nothing` here");
     check("samples", "0", "E0414", "`--set samples=0`: write `node.property=value`, for example `render.samples=16`");
     check("render.clamp", "0", "E0401", "`--set render.clamp=0`: clamp must be greater than 0");
-    check(
-        "render.shutter",
-        "180deg",
-        "E1101",
-        "`--set render.shutter=180deg`: not yet: `shutter` of `render` other than 0",
-    );
 }
 
 #[test]

@@ -30,6 +30,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("lens", 0),
     ("forest", 0),
     ("helmet", 0),
+    ("robot", 30),
 ];
 
 const SIZE: [u32; 2] = [96, 72];

@@ -11,7 +11,7 @@ pub fn scene() -> Scene {
     Scene {
         render: Render::default(),
         look: Look { exposure: 0.0.into(), tonemap: Tonemap::None },
-        clock: Clock { duration_s: 4.0, shutter: 0.5, ..Clock::default() },
+        clock: Clock { duration_s: 4.0, shutter: 0.0, ..Clock::default() },
         cameras: vec![camera(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO)],
         camera: Some(0),
         nodes: vec![node("ball", None, Some(sphere()))],
@@ -48,5 +48,7 @@ pub fn node(name: &str, parent: Option<usize>, shape: Option<Shape<Animated>>) -
         visible: Track::Const(true),
         copies: None,
         only_copied: false,
+        form: None,
+        vanishes: false,
     }
 }

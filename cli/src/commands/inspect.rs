@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 use kinora_lang::assets::gltf::{self, LampKind, Model, Projection};
 use kinora_lang::assets::read_mesh;
+use kinora_lang::dimension::short;
 use kinora_lang::files::Files;
 use kinora_scene::{Animated, Bsdf, Emission, LightKind, Material, Mesh, Scene, Shape};
 
@@ -97,17 +98,23 @@ fn model_overview(model: &Model) -> String {
             text.extend(lines.into_iter().map(|line| format!("  {line}\n")));
         }
     };
-    let nodes = model.nodes.iter().filter_map(|part| {
+    let mut shown: Vec<Option<&str>> = vec![None; model.nodes.len()];
+    for (at, part) in model.nodes.iter().enumerate() {
+        if let (Some((mesh, _)), Some(slot)) = (&part.shape, shown.get_mut(part.of.unwrap_or(at))) {
+            slot.get_or_insert(&mesh.name);
+        }
+    }
+    let nodes = model.nodes.iter().zip(shown).filter_map(|(part, mesh)| {
         let mut line = part.path.clone()?;
-        if let Some((mesh, _)) = &part.shape {
-            line += &format!("  (mesh {})", mesh.name);
+        if let Some(mesh) = mesh {
+            line += &format!("  (mesh {mesh})");
         }
         Some(line)
     });
     section("nodes", nodes.collect());
     section("meshes", model.meshes.iter().map(|(name, triangles)| format!("{name}  {triangles} triangles")).collect());
     section("materials", model.material_names.clone());
-    section("clips", model.clips.clone());
+    section("clips", model.clips.iter().map(|clip| format!("{}  {}s", clip.name, short(clip.end_s()))).collect());
     let cameras = model.nodes.iter().filter_map(|part| part.camera.as_ref()).map(|lens| match lens.projection {
         Projection::Perspective(fov) => format!("{}  perspective, fov {:.1}deg", lens.name, fov.to_degrees()),
         Projection::Orthographic(height) => format!("{}  orthographic, height {height}", lens.name),

@@ -30,6 +30,11 @@ pub fn moves(scene: &Scene) -> bool {
             || runs(&place.rotation)
             || runs(&place.scale)
             || runs(&node.visible)
+            || node
+                .form
+                .as_ref()
+                .and_then(|form| form.morph.as_ref())
+                .is_some_and(|morph| morph.weights.iter().any(runs))
             || matches!(&node.shape, Some(Shape::Sphere { radius_m }) if runs(radius_m))
     });
     let sky = scene.sky.as_ref().is_some_and(sky_moves);
@@ -106,13 +111,16 @@ fn material_moves(material: &Material<Animated>) -> bool {
                 }
         }
     };
-    bsdf || runs(&material.opacity)
+    bsdf || runs(&material.opacity) || material.maps.iter().any(|map| map.texture.moves())
 }
 
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use kinora_scene::{Blades, Clock, Key, Keys, Look, Node, Outside, Placing, Render, Space, Tonemap};
+    use kinora_scene::{
+        Blades, Clock, Form, Instruction, Key, Keys, Look, Map, Morph, Node, Outside, Placing, Render, Slot, Tape,
+        Texture, Tonemap, Way,
+    };
 
     use super::*;
 
@@ -127,6 +135,8 @@ mod tests {
             visible: true.into(),
             copies: None,
             only_copied: false,
+            form: None,
+            vanishes: false,
         }
     }
 
@@ -157,7 +167,7 @@ mod tests {
 
     fn keys<T: Clone>(value: T) -> Track<T> {
         let keys = vec![Key { time_s: 0.0, value, ease: Default::default() }];
-        Track::Keys(Keys { keys, outside: Outside::Hold, space: Space::Linear })
+        Track::Keys(Keys { keys, way: Way::Straight, outside: Outside::Hold })
     }
 
     #[test]
@@ -200,6 +210,14 @@ mod tests {
         check(true, |scene| scene.look.exposure = keys(1.0));
         check(true, |scene| scene.materials[0].opacity = keys(0.5));
         check(true, |scene| scene.materials.push(Bsdf::Mix { a: 0, b: 0, amount: keys(0.5) }.into()));
+        check(true, |scene| {
+            let morph = Some(Morph { targets: Default::default(), weights: vec![keys(0.5)] });
+            scene.nodes[0].form = Some(Box::new(Form { mesh: Default::default(), morph, skin: None }));
+        });
+        check(true, |scene| {
+            let tape = Tape { code: vec![Instruction::Time], outputs: vec![0], ..Tape::default() };
+            scene.materials[0].maps = vec![Map { slot: Slot::Opacity, texture: Texture::Tape(tape).into() }];
+        });
         check(true, |scene| {
             let light = SkyLight::Color(keys(glam::Vec3::ONE));
             let sky = Sky { light, strength: 1.0.into(), visible: true };

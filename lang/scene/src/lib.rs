@@ -7,6 +7,7 @@
 //! Lengths are metres, angles radians, times seconds, colours linear Rec. 709, radiance W/(m² sr); the world is
 //! right-handed with y up.
 
+mod form;
 mod mesh;
 mod noise;
 mod program;
@@ -18,17 +19,18 @@ mod texture;
 mod track;
 mod world;
 
+pub use form::{Form, Influences, Morph, Skin, Target};
 pub use mesh::{Mesh, MeshError};
 pub use noise::{cellular_noise, gradient_noise};
 pub use program::{Operand, Operation, Program, STEPS, Step, Unfit, VALUES};
 pub use rate::{Animated, Rate, Still};
 pub use scene::*;
 pub use spectrum::Spectrum;
-pub use tape::{Binary, Cell, Instruction, Orient, Point, Register, Tape, Unary};
+pub use tape::{Binary, Cell, Instruction, Orient, Point, Rand, Register, Tape, Unary};
 pub use texture::{
     Channel, ColorSpace, Image, ImageTexture, Map, Paint, Slot, TexelFilter, Texels, Texture, UvSet, Wrap,
 };
-pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Space, Track, Value};
+pub use track::{Bezier, Direction, Ease, Family, Jump, Key, Keys, Outside, Spring, Track, Value, Way};
 pub use world::*;
 
 /// A colour: linear Rec. 709 red, green and blue, each 0 or more.

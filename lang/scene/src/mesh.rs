@@ -1,6 +1,8 @@
 //! Triangle meshes.
 
-use glam::{Vec2, Vec3, Vec4};
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// An indexed triangle mesh. Normals point outwards; corners run counter-clockwise seen from outside.
@@ -65,6 +67,43 @@ impl std::fmt::Display for MeshError {
 impl std::error::Error for MeshError {}
 
 impl Mesh {
+    /// Normals that are the mean of the triangles around a point, weighted by their angles there (Thürmer and Wüthrich,
+    /// "Computing Vertex Normals from Polygonal Facets", 1998). Vertices in one place share them, so that seams of uv
+    /// coordinates do not show. The mesh must be valid.
+    pub fn smooth_normals(&self) -> Vec<Vec3> {
+        // -0 and 0 are one place.
+        let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
+        let mut sums: HashMap<[u32; 3], DVec3> = HashMap::with_capacity(self.positions.len());
+        for triangle in &self.triangles {
+            let corners = triangle.map(|corner| self.positions[corner as usize].as_dvec3());
+            let Some(normal) = (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize() else {
+                continue;
+            };
+            for i in 0..3 {
+                let (a, b) = (corners[(i + 1) % 3] - corners[i], corners[(i + 2) % 3] - corners[i]);
+                let place = key(self.positions[triangle[i] as usize]);
+                *sums.entry(place).or_default() += normal * a.angle_between(b);
+            }
+        }
+        let of = |p: &Vec3| sums.get(&key(*p)).and_then(|sum| sum.try_normalize()).unwrap_or(DVec3::Y).as_vec3();
+        self.positions.iter().map(of).collect()
+    }
+
+    /// Replaces normals without length, which some programs write, by computed ones, and makes the others unit. The mesh
+    /// must be valid.
+    pub fn repair_normals(&mut self) {
+        let unit = |normal: &Vec3| (normal.length_squared() - 1.0).abs() < 1e-3;
+        if self.normals.iter().all(unit) {
+            return;
+        }
+        let computed = self.smooth_normals();
+        for (normal, computed) in self.normals.iter_mut().zip(computed) {
+            if !unit(normal) {
+                *normal = normal.try_normalize().unwrap_or(computed);
+            }
+        }
+    }
+
     /// Checks what everything that reads a mesh relies on.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Animated, Color, Image, Map, Mesh, Rate, Spectrum, Track};
+use crate::{Animated, Color, Form, Image, Map, Mesh, Rate, Spectrum, Track};
 
 /// A whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -305,6 +305,12 @@ pub struct Node {
     pub placing: Placing,
     /// Its geometry; none for a group.
     pub shape: Option<Shape<Animated>>,
+    /// Of a mesh: how it changes its form.
+    #[serde(default)]
+    pub form: Option<Box<Form>>,
+    /// Where its scale leaves no volume it is hidden, with what moves with it, as glTF wants it; else that is a mistake.
+    #[serde(default)]
+    pub vanishes: bool,
     /// Index into [`Scene::materials`].
     pub material: usize,
     /// Not there for any ray while false.

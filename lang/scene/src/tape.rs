@@ -30,6 +30,8 @@ pub enum Instruction {
     Time,
     /// `time` · fps.
     Frame,
+    /// What the tape is given, where it is an easing: the part of a segment's time that has passed, 0..=1.
+    Input,
     /// `curves[i]` at `time`.
     Keys(u32),
     /// Component 0..=3 (x, y, z, w) of `turns[i]` at `time`.
@@ -46,6 +48,8 @@ pub enum Instruction {
     Noise([Register; 3]),
     /// [`cellular_noise`] at a point, over so many of its coordinates.
     Cell(Cell, u8, [Register; 3]),
+    /// A step of `rand`: of the first two registers, the halves of a state, and the third, which is absorbed.
+    Rand(Rand, [Register; 3]),
     /// Component 0..=3 (x, y, z, w) of a rotation given by two directions.
     Orient(Orient, [Register; 3], [Register; 3], u8),
 }
@@ -86,12 +90,16 @@ impl Instruction {
             Instruction::Const(_)
             | Instruction::Time
             | Instruction::Frame
+            | Instruction::Input
             | Instruction::Keys(_)
             | Instruction::Turn(..)
             | Instruction::Point(..) => {}
             Instruction::Unary(_, a) => read(a),
             Instruction::Binary(_, a, b) => [a, b].into_iter().for_each(read),
-            Instruction::Select(a, b, c) | Instruction::Noise([a, b, c]) | Instruction::Cell(_, _, [a, b, c]) => {
+            Instruction::Select(a, b, c)
+            | Instruction::Noise([a, b, c])
+            | Instruction::Cell(_, _, [a, b, c])
+            | Instruction::Rand(_, [a, b, c]) => {
                 [a, b, c].into_iter().for_each(read);
             }
             Instruction::Orient(_, a, b, _) => a.into_iter().chain(b).for_each(&mut read),
@@ -124,6 +132,45 @@ impl Tape {
         }
         varying
     }
+}
+
+/// What is wanted of a step of `rand`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Rand {
+    /// The upper 32 bits of the next state.
+    High,
+    /// The lower 32 bits of it.
+    Low,
+    /// The state as a number in 0..1; nothing is absorbed.
+    Unit,
+}
+
+impl Rand {
+    /// What the operation computes.
+    pub fn apply(self, [high, low, word]: [f64; 3]) -> f64 {
+        let state = ((high as u64) << 32) | low as u64;
+        match self {
+            Rand::High => (absorb(state, word.to_bits()) >> 32) as f64,
+            Rand::Low => f64::from(absorb(state, word.to_bits()) as u32),
+            Rand::Unit => unit(state),
+        }
+    }
+}
+
+/// The finaliser of SplitMix64 (Steele et al. 2014, variant 13 of Stafford).
+fn scramble(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+fn absorb(state: u64, word: u64) -> u64 {
+    scramble(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ scramble(word.wrapping_add(0xd1b5_4a32_d192_ed03)))
+}
+
+/// The top 53 bits as a number in 0..1, 1 excluded.
+fn unit(state: u64) -> f64 {
+    (scramble(state) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Operations on one number. Angles are radians.

@@ -107,6 +107,18 @@ pub struct ImageTexture {
     pub uv_set: UvSet,
 }
 
+impl Texture {
+    /// Whether it changes over time.
+    pub fn moves(&self) -> bool {
+        let inside = |paint: &Paint| matches!(paint, Paint::Texture(inside) if inside.moves());
+        match self {
+            Texture::Tape(tape) => tape.moves(),
+            Texture::Checker { a, b, .. } => inside(a) || inside(b),
+            _ => false,
+        }
+    }
+}
+
 impl ImageTexture {
     /// The whole picture once over 0..1, repeated, bilinear, as a colour.
     pub fn new(image: Arc<Image>, space: ColorSpace) -> Self {

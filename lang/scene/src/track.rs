@@ -1,5 +1,7 @@
 //! Tracks: values over time, as data. The animator evaluates them.
 
+use std::sync::Arc;
+
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +14,13 @@ pub enum Track<T> {
     Const(T),
     /// Keyframes.
     Keys(Keys<T>),
+    /// Keyframes by a clock of their own.
+    Clocked {
+        /// The keyframes, their times as the clock tells them.
+        keys: Box<Keys<T>>,
+        /// Seconds, over the scene's time.
+        clock: Arc<Track<f64>>,
+    },
     /// An expression over `time`; its outputs are the components of `T` (see [`Value`]).
     Curve(Box<Tape>),
 }
@@ -37,10 +46,10 @@ impl<T> From<T> for Track<T> {
 pub struct Keys<T> {
     /// The keys, by time.
     pub keys: Vec<Key<T>>,
+    /// How the values between two keys come about.
+    pub way: Way<T>,
     /// What holds before the first and after the last key.
     pub outside: Outside,
-    /// Colours only: the space between two keys.
-    pub space: Space,
 }
 
 /// One keyframe.
@@ -50,28 +59,41 @@ pub struct Key<T> {
     pub time_s: f64,
     /// The value reached at that time.
     pub value: T,
-    /// The way **to** this key from the one before it.
+    /// The way **to** this key from the one before it: how far the segment has come, of whatever curve it is.
     pub ease: Ease,
 }
 
+/// The curve through the keys.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Way<T> {
+    /// Straight from key to key; rotations along the shorter arc, colours in linear light.
+    #[default]
+    Straight,
+    /// A cubic through each two keys, as glTF's CUBICSPLINE: of each key the tangent in and the tangent out, in the value's
+    /// unit a second. Rotations by components, then made unit.
+    Cubic(Vec<[T; 2]>),
+    /// Rotations alone: Shoemake's squad, which turns without a jerk at its keys. Everything else goes straight.
+    Squad,
+}
+
 /// What a track does before its first and after its last key.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outside {
     /// The first and the last value hold.
     #[default]
     Hold,
-}
-
-/// Where colours are interpolated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum Space {
-    /// Linear light.
-    #[default]
-    Linear,
+    /// The keys repeat, the last being the first of the next turn.
+    Loop,
+    /// The keys repeat, every other time backwards.
+    PingPong,
+    /// It goes on as fast as it comes in.
+    Extend,
+    /// There is no value.
+    Error,
 }
 
 /// How a segment runs from its first key (0) to the key it arrives at (1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Ease {
     /// At constant speed.
     #[default]
@@ -84,6 +106,20 @@ pub enum Ease {
     Penner(Family, Direction),
     /// CSS `steps(n, jump)`; n is 1 or more (2 or more for [`Jump::None`]).
     Steps(u32, Jump),
+    /// A weight on a spring that is let go.
+    Spring(Spring),
+    /// A function of the part of the segment's time that has passed: the first output of a tape, its
+    /// [`Instruction::Input`](crate::Instruction::Input).
+    Function(Arc<Tape>),
+}
+
+/// A weight on a damped spring, at rest at 0 and drawn to 1; without units, as time is counted in segments.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spring {
+    /// Of the undamped spring, radians a segment: √(stiffness / mass) · seconds; 0 or more.
+    pub frequency: f64,
+    /// Damping over that at which it does not swing: c / (2 √(stiffness · mass)); 0 or more.
+    pub damping: f64,
 }
 
 /// A CSS timing curve from (0, 0) to (1, 1) with two handles; `x1` and `x2` lie in 0..=1.
@@ -193,13 +229,11 @@ impl Value for Color {
     }
 }
 
-/// x, y, z, w; made a unit quaternion.
+/// x, y, z, w, as they are: a tangent is no unit quaternion.
 impl Value for DQuat {
     const COMPONENTS: usize = 4;
     fn from_components(parts: &[f64]) -> Self {
-        let q = DQuat::from_xyzw(parts[0], parts[1], parts[2], parts[3]);
-        let length = q.length();
-        if length > 0.0 && length.is_finite() { q / length } else { DQuat::IDENTITY }
+        DQuat::from_xyzw(parts[0], parts[1], parts[2], parts[3])
     }
     fn components(&self) -> Vec<f64> {
         self.to_array().to_vec()

@@ -100,9 +100,9 @@ fn beside<'a>(files: &'a dyn Files, path: &'a str) -> impl Fn(&str) -> Result<Ve
 fn finish(mut mesh: Mesh, smooth: Option<bool>, fit: Option<f64>) -> Result<Mesh, AssetError> {
     mesh.validate().map_err(|error| AssetError::unusable(error.to_string()))?;
     match smooth {
-        Some(true) => mesh.normals = shape::smooth_normals(&mesh),
+        Some(true) => mesh.normals = mesh.smooth_normals(),
         Some(false) => mesh.normals.clear(),
-        None => shape::repair_normals(&mut mesh),
+        None => mesh.repair_normals(),
     }
     if let Some(length) = fit
         && !shape::fit(&mut mesh, length)
@@ -169,6 +169,8 @@ pub fn load_meshes(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
                     visible: true.into(),
                     copies: None,
                     only_copied: false,
+                    form: None,
+                    vanishes: false,
                 });
             } else if let Some(node) = lowered.scene.nodes.get_mut(request.node) {
                 node.shape = Some(Shape::Mesh(part.clone()));

@@ -5,9 +5,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use kinora_scene::{Aim, Animated, Beam, Blades, Camera, Light, LightKind, Material, Node, Placing, Scene, Shape};
+use kinora_scene::{
+    Aim, Animated, Beam, Blades, Camera, Form, Keys, Light, LightKind, Material, Morph, Node, Placing, Scene, Shape,
+    Skin, Track, Way,
+};
 
-use super::gltf::{self, Faults, Lamp, LampKind, Model, Part, Projection, Warnings};
+use super::gltf::{self, Clip, Faults, Lamp, LampKind, Model, Moved, Part, Projection, Rig, Warnings};
 use super::mtl::Library;
 use super::{AssetError, beside, finish, read_object, shape};
 use crate::diagnostic::Diagnostic;
@@ -59,7 +62,7 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
             whole = false;
             continue;
         }
-        let in_scene = add(&mut lowered.scene, request, model, materials);
+        let in_scene = add(&mut lowered.scene, request, model, materials, source, diagnostics);
         replace_materials(&mut lowered.scene, request, &in_scene, source, diagnostics);
         placed.insert(request.node, in_scene);
     }
@@ -149,6 +152,8 @@ fn of_mesh(path: &str, bytes: &[u8], files: &dyn Files) -> Result<Model, AssetEr
             parent: None,
             placing: Placing::default(),
             shape: Some((Arc::new(shape), root)),
+            of: None,
+            form: None,
             camera: None,
             light: None,
         });
@@ -213,8 +218,16 @@ pub(super) fn add_materials(scene: &mut Scene, materials: &[Material<Animated>])
 }
 
 /// Appends a model's nodes, cameras and lights.
-fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: usize) -> Placed {
+fn add(
+    scene: &mut Scene,
+    request: &ModelRequest,
+    model: Arc<Model>,
+    materials: usize,
+    source: &Texts,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Placed {
     let first = scene.nodes.len();
+    let play = Play::new(&model, clip(request, &model, source, diagnostics), request);
     let mut cameras = Vec::new();
     for (i, part) in model.nodes.iter().enumerate() {
         if let Some(lens) = &part.camera {
@@ -227,8 +240,10 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
         scene.nodes.push(Node {
             name: part.name.clone(),
             parent: Some(part.parent.map_or(request.node, |parent| first + parent)),
-            placing: part.placing.clone(),
+            placing: play.placing(i, part),
             shape: part.shape.as_ref().map(|(mesh, _)| Shape::Mesh(mesh.clone())),
+            form: part.form.as_ref().and_then(|rig| play.form(rig, first)).map(Box::new),
+            vanishes: true,
             material: part.shape.as_ref().map_or(0, |(_, material)| materials + material),
             visible: true.into(),
             copies: None,
@@ -236,6 +251,110 @@ fn add(scene: &mut Scene, request: &ModelRequest, model: Arc<Model>, materials: 
         });
     }
     Placed { model, first, cameras }
+}
+
+/// The clip that a model plays; E0804.
+fn clip<'m>(
+    request: &ModelRequest,
+    model: &'m Model,
+    source: &Texts,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<&'m Clip> {
+    let (name, span) = request.clip.as_ref()?;
+    let found = model.clips.iter().find(|clip| *clip.name == **name);
+    if found.is_none() {
+        let names = || model.clips.iter().map(|clip| clip.name.as_str());
+        let diagnostic = Diagnostic::new("E0804", format!("no clip `{name}` in the model")).primary(
+            source.id,
+            *span,
+            "no such clip",
+        );
+        diagnostics.push(match suggest(name, names()).first() {
+            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+            None if model.clips.is_empty() => diagnostic.note("the model has no clips"),
+            None => {
+                let more = if model.clips.len() > 8 { " and more" } else { "" };
+                diagnostic.help(format!("it has {}{more}", all_of(names().take(8))))
+            }
+        });
+    }
+    found
+}
+
+/// What a clip does to the parts of a model.
+struct Play<'m> {
+    /// What moves each part.
+    moved: Vec<Vec<&'m Moved>>,
+    /// Whether each part or one that it moves with is moved.
+    carried: Vec<bool>,
+    clock: Option<Arc<Track<f64>>>,
+}
+
+impl<'m> Play<'m> {
+    fn new(model: &Model, clip: Option<&'m Clip>, request: &ModelRequest) -> Play<'m> {
+        let mut moved: Vec<Vec<&Moved>> = vec![Vec::new(); model.nodes.len()];
+        for channel in clip.iter().flat_map(|clip| &clip.channels) {
+            if let Some(part) = moved.get_mut(channel.part) {
+                part.push(&channel.moved);
+            }
+        }
+        let mut carried = Vec::with_capacity(model.nodes.len());
+        for (part, moved) in model.nodes.iter().zip(&moved) {
+            let own = moved.iter().any(|moved| !matches!(moved, Moved::Weights(_)));
+            carried.push(own || part.parent.is_some_and(|parent| carried.get(parent) == Some(&true)));
+        }
+        Play { moved, carried, clock: request.clock.clone() }
+    }
+
+    /// Keys as the model's clock runs through them; what stays the same is a constant.
+    fn track<T: Clone + PartialEq>(&self, keys: &Keys<T>) -> Track<T> {
+        match (keys.keys.split_first(), &keys.way, &self.clock) {
+            (Some((first, rest)), Way::Straight, _) if rest.iter().all(|key| key.value == first.value) => {
+                Track::Const(first.value.clone())
+            }
+            (_, _, None) => Track::Keys(keys.clone()),
+            (_, _, Some(clock)) => Track::Clocked { keys: Box::new(keys.clone()), clock: clock.clone() },
+        }
+    }
+
+    fn placing(&self, index: usize, part: &Part) -> Placing {
+        let mut placing = part.placing.clone();
+        for moved in self.moved.get(index).into_iter().flatten() {
+            match moved {
+                Moved::Position(keys) => placing.position = self.track(keys),
+                Moved::Rotation(keys) => placing.rotation = self.track(keys),
+                Moved::Scale(keys) => placing.scale = self.track(keys),
+                Moved::Weights(_) => {}
+            }
+        }
+        placing
+    }
+
+    /// What changes a mesh's form, if the clip does; `first`: index of the model's first part in the scene.
+    fn form(&self, rig: &Rig, first: usize) -> Option<Form> {
+        let weights = self.moved.get(rig.part)?.iter().find_map(|moved| match moved {
+            Moved::Weights(weights) => Some(weights),
+            _ => None,
+        });
+        let joint_moves = |joint: &Option<usize>| joint.is_some_and(|joint| self.carried.get(joint) == Some(&true));
+        let carried = rig.skin.as_ref().is_some_and(|skin| skin.joints.iter().any(joint_moves));
+        if weights.is_none() && !carried {
+            return None;
+        }
+        let morph = (!rig.targets.is_empty()).then(|| Morph {
+            targets: rig.targets.clone(),
+            weights: match weights {
+                Some(weights) => weights.iter().map(|keys| self.track(keys)).collect(),
+                None => rig.weights.iter().map(|weight| Track::Const(*weight)).collect(),
+            },
+        });
+        let skin = rig.skin.as_ref().map(|skin| Skin {
+            joints: skin.joints.iter().map(|joint| joint.map(|joint| first + joint)).collect(),
+            bind: skin.bind.clone(),
+            influences: skin.influences.clone(),
+        });
+        Some(Form { mesh: rig.mesh.clone(), morph, skin })
+    }
 }
 
 fn camera(name: &str, parent: usize, projection: Projection) -> Camera<kinora_scene::Animated> {
@@ -334,7 +453,7 @@ fn replace_materials(
     }
     let mut given: Vec<Option<usize>> = Vec::with_capacity(parts.len());
     for (i, part) in parts.iter().enumerate() {
-        let outer = part.parent.map_or(request.material, |parent| given[parent]);
+        let outer = part.of.or(part.parent).map_or(request.material, |outer| given[outer]);
         let material = own[i].or(outer);
         given.push(material);
         if let (Some(material), Some(_), Some(node)) = (material, &part.shape, scene.nodes.get_mut(placed.first + i)) {
@@ -397,6 +516,13 @@ fn follow(scene: &mut Scene, inner: &InnerRequest, placed: &Placed, source: &Tex
         }
         InnerUse::CameraTarget(at) => {
             if let Some(Aim::Node { target, .. }) = scene.cameras.get_mut(at).map(|camera| &mut camera.aim) {
+                *target = node;
+            }
+        }
+        InnerUse::LightTarget(at) => {
+            if let Some(LightKind::Spot { aim: Beam::Node(target), .. }) =
+                scene.lights.get_mut(at).map(|light| &mut light.kind)
+            {
                 *target = node;
             }
         }
@@ -498,6 +624,8 @@ fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnos
     for node in &mut scene.nodes {
         node.parent.iter_mut().for_each(moved);
         node.copies.iter_mut().for_each(|copies| moved(&mut copies.of));
+        let skin = node.form.as_mut().and_then(|form| form.skin.as_mut());
+        skin.into_iter().flat_map(|skin| skin.joints.iter_mut().flatten()).for_each(moved);
     }
     for camera in &mut scene.cameras {
         camera.parent.iter_mut().for_each(moved);

@@ -1,5 +1,6 @@
 //! Colours: every function gives linear Rec. 709.
 
+use glam::DMat3;
 use kinora_scene::{Binary, Unary};
 
 use super::Call;
@@ -63,35 +64,58 @@ pub(super) fn hsv(call: &mut Call<'_>) -> Value {
 pub(super) fn oklch(call: &mut Call<'_>) -> Value {
     let (l, c) = (try_arg!(call.plain(0)), try_arg!(call.plain(1)));
     let h = try_arg!(call.true_angle(2));
-    let graph = &mut *call.graph;
+    Value::Color(from_oklch(call.graph, [l, c, h]))
+}
+
+/// From OKLab to the roots of cone responses.
+const ROOTS_FROM_LAB: [[f64; 3]; 3] = [
+    [1.0, 0.396_337_777_4, 0.215_803_757_3],
+    [1.0, -0.105_561_345_8, -0.063_854_172_8],
+    [1.0, -0.089_484_177_5, -1.291_485_548],
+];
+
+/// From cone responses to linear Rec. 709.
+const RGB_FROM_CONES: [[f64; 3]; 3] = [
+    [4.076_741_662_1, -3.307_711_591_3, 0.230_969_929_2],
+    [-1.268_438_004_6, 2.609_757_401_1, -0.341_319_396_5],
+    [-0.004_196_086_3, -0.703_418_614_7, 1.707_614_701],
+];
+
+fn rows(graph: &mut Graph, matrix: [[f64; 3]; 3], of: [Scalar; 3]) -> [Scalar; 3] {
+    matrix.map(|row| graph.dot(&row.map(Scalar::Const), &of))
+}
+
+fn inverse(matrix: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    DMat3::from_cols_array_2d(&matrix).inverse().to_cols_array_2d()
+}
+
+/// Linear Rec. 709 of lightness, chroma and hue; what lies below 0 is clipped.
+pub fn from_oklch(graph: &mut Graph, [l, c, h]: [Scalar; 3]) -> [Scalar; 3] {
     let (cos, sin) = (graph.unary(Unary::Cos, h), graph.unary(Unary::Sin, h));
     let lab = [l, graph.mul(c, cos), graph.mul(c, sin)];
-    let row = |graph: &mut Graph, row: [f64; 3], of: &[Scalar; 3]| graph.dot(&row.map(Scalar::Const), of);
-    let lms = [
-        [1.0, 0.396_337_777_4, 0.215_803_757_3],
-        [1.0, -0.105_561_345_8, -0.063_854_172_8],
-        [1.0, -0.089_484_177_5, -1.291_485_548],
-    ]
-    .map(|weights| {
-        let root = row(graph, weights, &lab);
+    let cones = rows(graph, ROOTS_FROM_LAB, lab).map(|root| {
         let square = graph.mul(root, root);
         graph.mul(square, root)
     });
-    let rgb = [
-        [4.076_741_662_1, -3.307_711_591_3, 0.230_969_929_2],
-        [-1.268_438_004_6, 2.609_757_401_1, -0.341_319_396_5],
-        [-0.004_196_086_3, -0.703_418_614_7, 1.707_614_701],
-    ];
-    Value::Color(rgb.map(|weights| {
-        let channel = row(graph, weights, &lms);
-        graph.binary(Binary::Max, channel, 0.0.into())
-    }))
+    rows(graph, RGB_FROM_CONES, cones).map(|channel| graph.binary(Binary::Max, channel, 0.0.into()))
+}
+
+/// The inverse of [`from_oklch`], but for what is clipped.
+pub fn to_oklch(graph: &mut Graph, rgb: [Scalar; 3]) -> [Scalar; 3] {
+    let roots = rows(graph, inverse(RGB_FROM_CONES), rgb).map(|cone| {
+        let (size, sign) = (graph.unary(Unary::Abs, cone), graph.unary(Unary::Sign, cone));
+        let root = graph.binary(Binary::Pow, size, (1.0 / 3.0).into());
+        graph.mul(root, sign)
+    });
+    let [l, a, b] = rows(graph, inverse(ROOTS_FROM_LAB), roots);
+    let square = graph.dot(&[a, b], &[a, b]);
+    [l, graph.unary(Unary::Sqrt, square), graph.binary(Binary::Atan2, b, a)]
 }
 
 pub(super) fn blackbody(call: &mut Call<'_>) -> Value {
     let kelvin = try_arg!(call.quantity(0, Dimension::TEMPERATURE));
     let span = call.place(0);
-    let Some(kelvin) = kelvin.constant() else { return call.later(span) };
+    let Some(kelvin) = kelvin.constant() else { return Value::Color(glowing(call.graph, kelvin)) };
     match planck(kelvin) {
         Some(rgb) => Value::Color(rgb.map(Scalar::Const)),
         None => {
@@ -105,32 +129,62 @@ pub(super) fn blackbody(call: &mut Call<'_>) -> Value {
     }
 }
 
+/// As [`planck`] of a temperature that is not known yet.
+fn glowing(graph: &mut Graph, kelvin: Scalar) -> [Scalar; 3] {
+    let mut less_one = |nm: f64| {
+        let x = graph.div((C2 / nm).into(), kelvin);
+        let exp = graph.unary(Unary::Exp, x);
+        graph.sub(exp, 1.0.into())
+    };
+    let green = less_one(560.0);
+    let powers: Vec<Scalar> = (0..CIE_1931.len()).map(|i| less_one(wavelength(i))).collect();
+    let powers: Vec<Scalar> = powers.into_iter().map(|power| graph.div(green, power)).collect();
+    let xyz = [0, 1, 2].map(|part| {
+        let weight = |(i, row): (usize, &[f64; 3])| Scalar::Const(row[part] * (560.0 / wavelength(i)).powi(5));
+        let weights: Vec<Scalar> = CIE_1931.iter().enumerate().map(weight).collect();
+        graph.dot(&weights, &powers)
+    });
+    let rgb = rows(graph, RGB_FROM_XYZ, xyz).map(|channel| graph.binary(Binary::Max, channel, 0.0.into()));
+    let luminance = graph.dot(&LUMINANCE.map(Scalar::Const), &rgb);
+    rgb.map(|channel| graph.div(channel, luminance))
+}
+
+/// Second radiation constant hc/k, in nm K (CODATA 2018).
+const C2: f64 = 1.438_776_877e7;
+
+/// XYZ to linear Rec. 709 with its white point D65.
+const RGB_FROM_XYZ: [[f64; 3]; 3] = [
+    [3.240_969_941_904_521, -1.537_383_177_570_093, -0.498_610_760_293_003],
+    [-0.969_243_636_280_88, 1.875_967_501_507_72, 0.041_555_057_407_176],
+    [0.055_630_079_696_994, -0.203_976_958_888_977, 1.056_971_514_242_879],
+];
+
+/// Of linear Rec. 709.
+const LUMINANCE: [f64; 3] = [0.212_639_005_871_51, 0.715_168_678_767_756, 0.072_192_315_360_734];
+
+/// Of a row of [`CIE_1931`], in nm.
+fn wavelength(row: usize) -> f64 {
+    380.0 + 10.0 * row as f64
+}
+
 /// Planck's chromaticity at luminance 1, what lies outside Rec. 709 clipped. `None` below 500 K.
 fn planck(kelvin: f64) -> Option<[f64; 3]> {
     if !(500.0..=1e9).contains(&kelvin) {
         return None;
     }
-    // Second radiation constant hc/k, in nm K (CODATA 2018).
-    let c2 = 1.438_776_877e7;
     let mut xyz = [0.0; 3];
     for (i, row) in CIE_1931.iter().enumerate() {
-        let nm = 380.0 + 10.0 * i as f64;
+        let nm = wavelength(i);
         // Scaled by the value at 560 nm, so that no temperature overflows.
-        let ratio = (c2 / (560.0 * kelvin)).exp_m1() / (c2 / (nm * kelvin)).exp_m1();
+        let ratio = (C2 / (560.0 * kelvin)).exp_m1() / (C2 / (nm * kelvin)).exp_m1();
         let power = (560.0_f64 / nm).powi(5) * ratio;
         for (sum, weight) in xyz.iter_mut().zip(row) {
             *sum += power * weight;
         }
     }
-    let [x, y, z] = xyz.map(|sum| sum / xyz[1]);
-    // XYZ to linear Rec. 709 with its white point D65.
-    let rgb = [
-        3.240_969_941_904_521 * x - 1.537_383_177_570_093 * y - 0.498_610_760_293_003 * z,
-        -0.969_243_636_280_88 * x + 1.875_967_501_507_72 * y + 0.041_555_057_407_176 * z,
-        0.055_630_079_696_994 * x - 0.203_976_958_888_977 * y + 1.056_971_514_242_879 * z,
-    ];
-    let rgb = rgb.map(|channel: f64| channel.max(0.0));
-    let luminance = 0.212_639_005_871_51 * rgb[0] + 0.715_168_678_767_756 * rgb[1] + 0.072_192_315_360_734 * rgb[2];
+    let xyz = xyz.map(|sum| sum / xyz[1]);
+    let rgb = RGB_FROM_XYZ.map(|[x, y, z]| (x * xyz[0] + y * xyz[1] + z * xyz[2]).max(0.0));
+    let luminance = LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2];
     (luminance > 0.0 && luminance.is_finite()).then(|| rgb.map(|channel| channel / luminance))
 }
 

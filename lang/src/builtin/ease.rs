@@ -43,7 +43,7 @@ pub const JUMPS: &[(&str, Jump)] =
 /// ```
 pub fn named(name: &str) -> Option<Ease> {
     if let Some((_, ease)) = CSS.iter().find(|row| row.0 == name) {
-        return Some(*ease);
+        return Some(ease.clone());
     }
     let (direction, rest) =
         DIRECTIONS.iter().find_map(|(prefix, direction)| Some((*direction, name.strip_prefix(prefix)?)))?;

@@ -8,7 +8,7 @@ mod math;
 mod random;
 mod table;
 pub mod texture;
-mod turn;
+pub mod turn;
 
 pub use color::srgb_to_linear;
 pub use table::BUILTINS;

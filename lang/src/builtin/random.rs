@@ -1,75 +1,80 @@
 //! Numbers that look random and depend on nothing but their arguments. They must never change between versions.
 
-use kinora_scene::Cell;
+use kinora_scene::{Binary, Cell, Rand, Unary};
 
 use super::Call;
 use super::math::try_arg;
 use crate::diagnostic::Diagnostic;
-use crate::eval::graph::Scalar;
+use crate::eval::graph::{Graph, Scalar};
+use crate::eval::surface::{Points, points};
 use crate::value::Value;
 
-/// The finaliser of SplitMix64 (Steele et al. 2014, variant 13 of Stafford).
-fn scramble(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+/// What `rand` has absorbed so far: the upper and the lower half, 32 bits each.
+type State = [Scalar; 2];
+
+fn absorb(graph: &mut Graph, [high, low]: State, word: Scalar) -> State {
+    [Rand::High, Rand::Low].map(|half| graph.rand(half, [high, low, word]))
 }
 
-fn absorb(state: u64, word: u64) -> u64 {
-    scramble(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ scramble(word.wrapping_add(0xd1b5_4a32_d192_ed03)))
+/// A whole number that tells one kind of value from another: its bits, not its value, are absorbed.
+fn mark(graph: &mut Graph, state: State, word: u64) -> State {
+    absorb(graph, state, f64::from_bits(word).into())
 }
 
-/// The top 53 bits as a number in 0..1, 1 excluded.
-fn unit(state: u64) -> f64 {
-    (scramble(state) >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// `Err` where a value moves, `Ok(None)` where it cannot be hashed.
-fn absorb_value(state: u64, value: &Value) -> Result<Option<u64>, ()> {
-    let number = |state: u64, scalar: &Scalar| match scalar.constant() {
-        // -0 and 0 are equal, so they hash alike.
-        Some(value) => Ok(absorb(state, (value + 0.0).to_bits())),
-        None => Err(()),
+/// `None` where it cannot be hashed.
+fn absorb_value(graph: &mut Graph, state: State, value: &Value) -> Option<State> {
+    // -0 and 0 are equal, so they hash alike. Adding 0 folds away where the number moves.
+    let number = |graph: &mut Graph, state: State, scalar: &Scalar| match scalar {
+        Scalar::Const(value) => absorb(graph, state, (value + 0.0).into()),
+        moving => {
+            let positive = graph.unary(Unary::Abs, *moving);
+            let zero = graph.binary(Binary::Equal, positive, 0.0.into());
+            let same = graph.select(zero, positive, *moving);
+            absorb(graph, state, same)
+        }
     };
-    Ok(Some(match value {
-        Value::Number(n) => number(state, &n.value)?,
-        Value::Bool(scalar) => number(absorb(state, 1), scalar)?,
-        Value::Text(text) => text.bytes().fold(absorb(state, 2), |state, byte| absorb(state, u64::from(byte))),
+    Some(match value {
+        Value::Number(n) => number(graph, state, &n.value),
+        Value::Bool(scalar) => {
+            let state = mark(graph, state, 1);
+            number(graph, state, scalar)
+        }
+        Value::Text(text) => {
+            let state = mark(graph, state, 2);
+            text.bytes().fold(state, |state, byte| mark(graph, state, u64::from(byte)))
+        }
         Value::Color(parts) => {
-            let mut state = absorb(state, 3);
-            for part in parts {
-                state = number(state, part)?;
-            }
-            state
+            let state = mark(graph, state, 3);
+            parts.iter().fold(state, |state, part| number(graph, state, part))
         }
         Value::Tuple(items) | Value::List(items) => {
-            let mut state = absorb(state, 4 + items.len() as u64);
+            let mut state = mark(graph, state, 4 + items.len() as u64);
             for item in items.iter() {
-                match absorb_value(state, item)? {
-                    Some(next) => state = next,
-                    None => return Ok(None),
-                }
+                state = absorb_value(graph, state, item)?;
             }
             state
         }
-        _ => return Ok(None),
-    }))
+        _ => return None,
+    })
 }
 
 pub(super) fn rand(call: &mut Call<'_>) -> Value {
-    let mut state = 0;
+    let mut state = [Scalar::Const(0.0); 2];
     let seed = call.value(0).map(|seed| (seed, call.place(0)));
     for (value, span) in seed.into_iter().chain(call.rest.clone()) {
-        match absorb_value(state, &value) {
-            Ok(Some(next)) => state = next,
-            Ok(None) => {
+        if !points(call.graph, &value).is_none() {
+            return call.later(span);
+        }
+        match absorb_value(call.graph, state, &value) {
+            Some(next) => state = next,
+            None => {
                 call.needs("numbers or text", &value, span);
                 return Value::Error;
             }
-            Err(()) => return call.later(span),
         }
     }
-    Value::number(unit(state))
+    let [high, low] = state;
+    Value::number(call.graph.rand(Rand::Unit, [high, low, 0.0.into()]))
 }
 
 /// A number or a vector of up to three components, the rest 0, and how many there are.
@@ -138,7 +143,14 @@ impl Call<'_> {
         }
         let span = self.place(index);
         let Some(octaves) = self.plain(index)?.constant() else {
-            self.later(span);
+            let message = "the number of octaves may not depend on time";
+            let found = self.value(index).map_or(Points::default(), |value| points(self.graph, &value));
+            let diagnostic = match found.is_none() {
+                true => Diagnostic::new("E0601", message).primary(self.file, span, "depends on time"),
+                false => Diagnostic::new("E0613", "the number of octaves may not depend on the point of a surface")
+                    .primary(self.file, span, "differs from point to point"),
+            };
+            self.problems.push(diagnostic.help("let `gain` depend on it instead"));
             return None;
         };
         if octaves.fract() == 0.0 && (1.0..=f64::from(OCTAVES)).contains(&octaves) {
@@ -157,7 +169,12 @@ mod tests {
 
     #[test]
     fn rand_is_even_and_stays_what_it_is() {
-        let of = |i: f64| unit(absorb_value(0, &Value::Number(Number::int(i))).unwrap().unwrap());
+        let mut graph = Graph::default();
+        let mut of = |i: f64| {
+            let [high, low] =
+                absorb_value(&mut graph, [Scalar::Const(0.0); 2], &Value::Number(Number::int(i))).unwrap();
+            graph.rand(Rand::Unit, [high, low, 0.0.into()]).constant().unwrap()
+        };
         let mean = (0..10_000).map(|i| of(f64::from(i))).sum::<f64>() / 10_000.0;
         assert!((mean - 0.5).abs() < 0.01, "{mean}");
         assert_eq!(of(0.0).to_bits(), of(-0.0).to_bits());

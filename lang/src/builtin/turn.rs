@@ -1,7 +1,7 @@
 //! Rotations, as unit quaternions.
 
 use glam::{DMat3, DQuat, DVec3};
-use kinora_scene::{Orient, Unary};
+use kinora_scene::{Binary, Orient, Unary};
 
 use super::Call;
 use super::math::{crossed, norm, try_arg};
@@ -33,6 +33,96 @@ pub fn turned(graph: &mut Graph, q: &[Scalar; 4], v: [Scalar; 3]) -> [Scalar; 3]
         let double = graph.mul(sum, 2.0.into());
         graph.add(v[i], double)
     })
+}
+
+/// The same rotation, of its two signs the one that is nearer to `other`, and that sign.
+pub fn near(graph: &mut Graph, q: &[Scalar; 4], other: &[Scalar; 4]) -> ([Scalar; 4], Scalar) {
+    let dot = graph.dot(q, other);
+    let away = graph.binary(Binary::Less, dot, 0.0.into());
+    let sign = graph.select(away, (-1.0).into(), 1.0.into());
+    (q.map(|part| graph.mul(part, sign)), sign)
+}
+
+/// Made a unit quaternion.
+pub fn unit(graph: &mut Graph, q: &[Scalar; 4]) -> [Scalar; 4] {
+    let length = norm(graph, q);
+    q.map(|part| graph.div(part, length))
+}
+
+/// `a`, or `b` where `divisor` is next to 0.
+fn safe(graph: &mut Graph, divisor: Scalar, a: Scalar, b: Scalar) -> Scalar {
+    let large = graph.binary(Binary::Less, 1e-12.into(), divisor);
+    graph.select(large, a, b)
+}
+
+/// Along the arc between two unit quaternions as they are, at constant speed.
+pub fn slerp(graph: &mut Graph, from: &[Scalar; 4], to: &[Scalar; 4], t: Scalar) -> [Scalar; 4] {
+    let chord = [0, 1, 2, 3].map(|i| graph.sub(from[i], to[i]));
+    let diagonal = [0, 1, 2, 3].map(|i| graph.add(from[i], to[i]));
+    let (chord, diagonal) = (norm(graph, &chord), norm(graph, &diagonal));
+    let half = graph.binary(Binary::Atan2, chord, diagonal);
+    let angle = graph.mul(half, 2.0.into());
+    let left = graph.sub(1.0.into(), t);
+    let [a, b] = [left, t].map(|share| {
+        let part = graph.mul(share, angle);
+        let sine = graph.unary(Unary::Sin, part);
+        safe(graph, angle, sine, share)
+    });
+    let sum = [0, 1, 2, 3].map(|i| graph.dot(&[from[i], to[i]], &[a, b]));
+    unit(graph, &sum)
+}
+
+/// Half the angle times the axis of a unit quaternion.
+fn log(graph: &mut Graph, q: &[Scalar; 4]) -> [Scalar; 3] {
+    let axis = [q[0], q[1], q[2]];
+    let sine = norm(graph, &axis);
+    let angle = graph.binary(Binary::Atan2, sine, q[3]);
+    let factor = graph.div(angle, sine);
+    let factor = safe(graph, sine, factor, 1.0.into());
+    axis.map(|part| graph.mul(part, factor))
+}
+
+/// The inverse of [`log`].
+fn exp(graph: &mut Graph, v: [Scalar; 3]) -> [Scalar; 4] {
+    let angle = norm(graph, &v);
+    let sine = graph.unary(Unary::Sin, angle);
+    let factor = graph.div(sine, angle);
+    let factor = safe(graph, angle, factor, 1.0.into());
+    let [x, y, z] = v.map(|part| graph.mul(part, factor));
+    [x, y, z, graph.unary(Unary::Cos, angle)]
+}
+
+/// Shoemake's squad from `from` to `to`, between its neighbours, each of the sign that is nearer to the one before; as the
+/// animator has it for keys that stand still.
+pub fn squad(
+    graph: &mut Graph,
+    before: Option<[Scalar; 4]>,
+    from: [Scalar; 4],
+    to: [Scalar; 4],
+    after: Option<[Scalar; 4]>,
+    t: Scalar,
+) -> [Scalar; 4] {
+    let mut control = |beyond: Option<[Scalar; 4]>, here: [Scalar; 4], other: [Scalar; 4]| {
+        let Some(beyond) = beyond else { return here };
+        let [x, y, z] = [here[0], here[1], here[2]].map(|part| graph.unary(Unary::Neg, part));
+        let back = [x, y, z, here[3]];
+        let [a, b] = [beyond, other].map(|key| {
+            let relative = turn_after(graph, &back, &key);
+            log(graph, &relative)
+        });
+        let bend = [0, 1, 2].map(|i| {
+            let sum = graph.add(a[i], b[i]);
+            graph.mul(sum, (-0.25).into())
+        });
+        let bent = exp(graph, bend);
+        turn_after(graph, &here, &bent)
+    };
+    let (out, into) = (control(before, from, to), control(after, to, from));
+    let (outer, inner) = (slerp(graph, &from, &to, t), slerp(graph, &out, &into, t));
+    let left = graph.sub(1.0.into(), t);
+    let product = graph.mul(t, left);
+    let share = graph.mul(product, 2.0.into());
+    slerp(graph, &outer, &inner, share)
 }
 
 /// The rotation, if it does not move.

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use kinora_scene::{Ease, Spectrum};
+use kinora_scene::{Keys, Spectrum};
 
 use crate::builtin::texture::{Paint, Texture};
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::dimension::{Dimension, short, show};
+use crate::eval::curve;
 use crate::eval::expr::short_text;
 use crate::eval::graph::Scalar;
 use crate::eval::machine::{Machine, NodeKind};
@@ -14,7 +15,7 @@ use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
 use crate::source::{FileId, Span};
 use crate::suggest::{all_of, any_of, suggest};
 use crate::syntax::ast::{Expr, ExprKind};
-use crate::value::{KeyItem, NodeId, Number, Value};
+use crate::value::{Keyed, NodeId, Number, Through, Value};
 
 /// A value as its property takes it, in SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +23,7 @@ pub enum Data {
     /// Numbers, truth values, vectors, colours and rotations by components.
     Parts(Vec<Scalar>),
     /// The same, keyframed.
-    Keys(Arc<Vec<PartsKey>>),
+    Keys(Arc<Keys<Vec<f64>>>),
     /// A word of a choice.
     Word(&'static str),
     /// Text.
@@ -35,17 +36,6 @@ pub enum Data {
     Inner(NodeId, Arc<str>),
     /// A list of points, pairs or numbers.
     Rows(Arc<Vec<[f64; 3]>>),
-}
-
-/// A keyframe of a [`Data::Keys`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct PartsKey {
-    /// Seconds.
-    pub time_s: f64,
-    /// As many as the type has.
-    pub parts: Vec<f64>,
-    /// The way to this key.
-    pub ease: Ease,
 }
 
 impl Data {
@@ -97,7 +87,7 @@ impl<'a> Machine<'a> {
         let data = match (value, &property.ty) {
             (Value::Error, _) => return None,
             (_, Type::Any) => return None,
-            (Value::Keys(keys), _) => self.fit_keys(keys, site)?,
+            (Value::Keys(keyed), _) => self.fit_keys(keyed, site)?,
             _ => self.fit_plain(value, site, site.expr.span, true)?,
         };
         let data = self.varied(data, site)?;
@@ -124,23 +114,56 @@ impl<'a> Machine<'a> {
         Some(data)
     }
 
-    fn fit_keys(&mut self, keys: &Arc<Vec<KeyItem>>, site: &Site<'a>) -> Option<Data> {
-        let mut rows = Vec::with_capacity(keys.len());
+    /// Keys stay whole where they stand still; else they are a curve that is computed.
+    fn fit_keys(&mut self, keyed: &Arc<Keyed>, site: &Site<'a>) -> Option<Data> {
+        let (mut rows, mut slopes) = (Vec::with_capacity(keyed.keys.len()), Vec::new());
         let mut failed = false;
-        for key in keys.iter() {
-            match self.fit_plain(&key.value, site, key.span, false) {
-                Some(data) => match data.constants() {
-                    Some(parts) => rows.push(PartsKey { time_s: key.time_s, parts, ease: key.ease }),
-                    None => failed = true,
-                },
-                None => failed = true,
+        let mut still = !keyed.oklch;
+        for key in &keyed.keys {
+            let Some(data) = self.fit_plain(&key.value, site, key.span, false) else {
+                failed = true;
+                continue;
+            };
+            let Some(row) = data.constants() else {
+                failed |= !matches!(data, Data::Parts(_));
+                still = false;
+                continue;
+            };
+            if keyed.through == Through::Tangents {
+                let level = vec![0.0; row.len()];
+                let mut both = [level.clone(), level];
+                for (slope, tangent) in both.iter_mut().zip(key.tangents.iter().flat_map(|two| two.iter())) {
+                    match self.fit_type(tangent, site, key.span, false) {
+                        Some(Data::Parts(parts)) => match parts.iter().map(|part| part.constant()).collect() {
+                            Some(parts) => *slope = parts,
+                            None => still = false,
+                        },
+                        _ => failed = true,
+                    }
+                }
+                slopes.push(both);
             }
+            rows.push(row);
         }
-        (!failed).then(|| Data::Keys(Arc::new(rows)))
+        if failed {
+            return None;
+        }
+        if still {
+            let slopes = (keyed.through == Through::Tangents).then_some(slopes);
+            return curve::whole(&mut self.graph, keyed, rows, slopes).map(|keys| Data::Keys(Arc::new(keys)));
+        }
+        let flat = self.flatten(Value::Keys(keyed.clone()));
+        self.fit_plain(&flat, site, site.expr.span, false)
     }
 
     fn fit_plain(&mut self, value: &Value, site: &Site<'a>, span: Span, whole: bool) -> Option<Data> {
-        let data = match (&site.property.ty, value) {
+        let data = self.fit_type(value, site, span, whole)?;
+        self.check(&data, site, span).then_some(data)
+    }
+
+    /// As [`Machine::fit_plain`], whatever its range.
+    fn fit_type(&mut self, value: &Value, site: &Site<'a>, span: Span, whole: bool) -> Option<Data> {
+        Some(match (&site.property.ty, value) {
             (_, Value::Texture(texture)) => return self.fit_texture(texture, site, span, whole),
             (Type::Number(dimension, bare), Value::Number(number)) => {
                 let expr = whole.then_some(site.expr);
@@ -213,8 +236,7 @@ impl<'a> Machine<'a> {
                 self.wrong_type(value, site, span, whole);
                 return None;
             }
-        };
-        self.check(&data, site, span).then_some(data)
+        })
     }
 
     /// A texture as the property takes it.
@@ -459,7 +481,8 @@ impl<'a> Machine<'a> {
         self.needs_unit_at(dimension, number, expr.span, literal);
     }
 
-    fn needs_unit_at(&mut self, dimension: Dimension, number: Number, span: Span, literal: bool) {
+    /// E0304 at a place.
+    pub fn needs_unit_at(&mut self, dimension: Dimension, number: Number, span: Span, literal: bool) {
         let (message, unit) = match dimension {
             Dimension::ANGLE => ("angles need a unit".to_string(), "deg".to_string()),
             Dimension::TIME => ("times need a unit".to_string(), "s".to_string()),

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use kinora_scene::{Binary, Keys, Unary};
+use kinora_scene::{Binary, Unary};
 use smallvec::SmallVec;
 
 use crate::builtin::{self, Call};
@@ -125,6 +125,8 @@ impl<'a> Machine<'a> {
         let mut value = number.value * factor;
         if unit.frames != 0 {
             match self.frames_per_second() {
+                // Frame n is at n / fps, to the last bit.
+                Some(fps) if unit.frames > 0 => value /= fps.powi(unit.frames),
                 Some(fps) => value *= fps.powi(-unit.frames),
                 None => {
                     let diagnostic = Diagnostic::new("E0610", "frame times need `render { fps }`")
@@ -425,94 +427,6 @@ impl<'a> Machine<'a> {
         })
     }
 
-    /// Keys as curves that can be computed with; everything else as it is.
-    pub fn flatten(&mut self, value: Value) -> Value {
-        let Value::Keys(keys) = &value else { return value };
-        let Some(first) = keys.first() else { return Value::Error };
-        let pick = |part: &dyn Fn(&Value) -> Option<Scalar>| -> Option<Keys<f64>> {
-            let keys = keys.iter().map(|key| {
-                Some(kinora_scene::Key { time_s: key.time_s, value: part(&key.value)?.constant()?, ease: key.ease })
-            });
-            Some(Keys { keys: keys.collect::<Option<_>>()?, outside: Default::default(), space: Default::default() })
-        };
-        match &first.value {
-            Value::Number(number) => {
-                let curve = pick(&|value| match value {
-                    Value::Number(number) => Some(number.value),
-                    _ => None,
-                });
-                let dimension = keys.iter().find_map(|key| match &key.value {
-                    Value::Number(number) if !number.is_bare_zero() => Some(number.dimension),
-                    _ => None,
-                });
-                match curve {
-                    Some(curve) => Value::quantity(self.graph.curve(curve), dimension.unwrap_or(number.dimension)),
-                    None => Value::Error,
-                }
-            }
-            Value::Bool(_) => {
-                let curve = pick(&|value| match value {
-                    Value::Bool(part) => Some(*part),
-                    _ => None,
-                });
-                curve.map_or(Value::Error, |curve| Value::Bool(self.graph.curve(curve)))
-            }
-            Value::Color(_) => {
-                let curves: Option<Vec<Scalar>> = (0..3)
-                    .map(|i| {
-                        pick(&|value| match value {
-                            Value::Color(parts) => Some(parts[i]),
-                            _ => None,
-                        })
-                        .map(|curve| self.graph.curve(curve))
-                    })
-                    .collect();
-                match curves.as_deref() {
-                    Some([r, g, b]) => Value::Color([*r, *g, *b]),
-                    _ => Value::Error,
-                }
-            }
-            Value::Tuple(items) => {
-                let parts: Vec<Value> = (0..items.len())
-                    .map(|i| {
-                        let column: Option<Vec<_>> = keys
-                            .iter()
-                            .map(|key| match &key.value {
-                                Value::Tuple(items) => items
-                                    .get(i)
-                                    .map(|item| crate::value::KeyItem { value: item.clone(), ..key.clone() }),
-                                _ => None,
-                            })
-                            .collect();
-                        column.map_or(Value::Error, |column| self.flatten(Value::Keys(Arc::new(column))))
-                    })
-                    .collect();
-                if parts.iter().any(Value::is_error) { Value::Error } else { Value::Tuple(parts.into()) }
-            }
-            Value::Turn(_) => {
-                let turns: Option<Vec<_>> = keys
-                    .iter()
-                    .map(|key| match &key.value {
-                        Value::Turn(q) => Some(kinora_scene::Key {
-                            time_s: key.time_s,
-                            value: crate::builtin::quaternion(q)?,
-                            ease: key.ease,
-                        }),
-                        _ => None,
-                    })
-                    .collect();
-                match turns {
-                    Some(keys) => {
-                        let keys = Keys { keys, outside: Default::default(), space: Default::default() };
-                        Value::Turn(self.graph.turn(keys))
-                    }
-                    None => Value::Error,
-                }
-            }
-            _ => Value::Error,
-        }
-    }
-
     fn chain(&mut self, first: &'a Expr, rest: &'a [ast::Step], env: &Env<'a>) -> Value {
         let mut left = self.plain(first, env);
         let mut place = first.span;
@@ -603,11 +517,23 @@ impl<'a> Machine<'a> {
         span: Span,
         env: &Env<'a>,
     ) -> Value {
-        let name = decl.name.as_ref().map_or("", |name| &name.text);
         if self.endless.contains(&decl.head) {
             return Value::Error;
         }
         let given = self.arguments(&decl.params, args, env);
+        self.run_fn(decl, scope, given, span, env)
+    }
+
+    /// What a function gives for these arguments, given from `env`.
+    pub fn run_fn(
+        &mut self,
+        decl: &'a ast::FnDecl,
+        scope: &Env<'a>,
+        given: Vec<Option<Argument<'a>>>,
+        span: Span,
+        env: &Env<'a>,
+    ) -> Value {
+        let name = decl.name.as_ref().map_or("", |name| &name.text);
         let Some((inner, given)) = self.bind(&decl.params, given, scope, env) else { return Value::Error };
         if self.calls >= limits::CALLS {
             self.endless.insert(decl.head);
@@ -1203,8 +1129,8 @@ pub fn same_type(a: &Value, b: &Value) -> bool {
             x.len() == y.len() && x.iter().zip(y.iter()).all(|(x, y)| same_type(&met(x, y), &met(y, x)))
         }
         (Value::List(_), Value::List(_)) => true,
-        (Value::Keys(x), _) => x.first().is_some_and(|key| same_type(&key.value, b)),
-        (_, Value::Keys(y)) => y.first().is_some_and(|key| same_type(a, &key.value)),
+        (Value::Keys(x), _) => x.keys.first().is_some_and(|key| same_type(&key.value, b)),
+        (_, Value::Keys(y)) => y.keys.first().is_some_and(|key| same_type(a, &key.value)),
         _ => std::mem::discriminant(a) == std::mem::discriminant(b),
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use glam::DQuat;
-use kinora_scene::{Binary, Cell, Instruction, Keys, Orient, Point, Tape, Unary, gradient_noise};
+use kinora_scene::{Binary, Cell, Instruction, Keys, Orient, Point, Rand, Tape, Unary, gradient_noise};
 
 use crate::eval::surface::Points;
 
@@ -58,6 +58,7 @@ impl Graph {
         if register == next {
             let mut points = match instruction {
                 Instruction::Point(point, _) => Points::of(point),
+                Instruction::Input => Points::INPUT,
                 _ => Points::default(),
             };
             instruction.reads(|below| points = points.and(self.points[below as usize]));
@@ -85,6 +86,11 @@ impl Graph {
     /// `time` · fps.
     pub fn frame(&mut self) -> Scalar {
         self.push([2, 0, 0, 0], Instruction::Frame)
+    }
+
+    /// What a function is given that becomes an easing.
+    pub fn input(&mut self) -> Scalar {
+        self.push([26, 0, 0, 0], Instruction::Input)
     }
 
     /// A component of what is known of the point of a surface.
@@ -120,6 +126,15 @@ impl Graph {
         let at = at.map(|part| self.register(part));
         let tag = 18 + 4 * cell as u64 + u64::from(axes);
         self.push([tag, at[0].into(), at[1].into(), at[2].into()], Instruction::Cell(cell, axes, at))
+    }
+
+    /// A step of `rand`.
+    pub fn rand(&mut self, rand: Rand, of: [Scalar; 3]) -> Scalar {
+        if let [Scalar::Const(high), Scalar::Const(low), Scalar::Const(word)] = of {
+            return Scalar::Const(rand.apply([high, low, word]));
+        }
+        let of = of.map(|part| self.register(part));
+        self.push([27 + rand as u64, of[0].into(), of[1].into(), of[2].into()], Instruction::Rand(rand, of))
     }
 
     /// A curve of keyframed numbers.
@@ -246,6 +261,7 @@ impl Graph {
                 Instruction::Select(a, b, c) => Instruction::Select(to(a), to(b), to(c)),
                 Instruction::Orient(orient, a, b, part) => Instruction::Orient(orient, a.map(to), b.map(to), part),
                 Instruction::Noise(at) => Instruction::Noise(at.map(to)),
+                Instruction::Rand(rand, of) => Instruction::Rand(rand, of.map(to)),
                 Instruction::Cell(cell, axes, at) => Instruction::Cell(cell, axes, at.map(to)),
                 other => other,
             };

@@ -638,7 +638,7 @@ impl<'a> Machine<'a> {
         let names: Vec<&str> = ty.names.iter().map(|name| &*name.text).collect();
         let plain = match (&value, names.first()) {
             // Keys stay whole where nothing is asked of them but what each key has.
-            (Value::Keys(keys), _) => keys.first().map_or(Value::Error, |key| key.value.clone()),
+            (Value::Keys(keyed), _) => keyed.keys.first().map_or(Value::Error, |key| key.value.clone()),
             _ => value.clone(),
         };
         match convert(&plain, &names, &|id| self.kind_of(id)) {

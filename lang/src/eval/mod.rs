@@ -12,6 +12,7 @@
 //! ```
 
 pub mod coerce;
+pub mod curve;
 pub mod expr;
 pub mod graph;
 pub mod items;

@@ -1158,11 +1158,27 @@ impl<'a> Resolver<'a> {
                 }
             }
             // The names of easings and of where steps jump are words, not values.
-            if let Some(Expr { kind: ExprKind::Call { callee, args }, .. }) = &key.ease {
-                let words = self.source.slice(callee.span) == "steps";
-                for arg in args.iter().take(if words { 1 } else { usize::MAX }) {
-                    self.value(&arg.value, VALUE);
+            match key.ease.as_ref().map(|ease| &ease.kind) {
+                Some(ExprKind::Call { callee, args }) => {
+                    let words = self.source.slice(callee.span) == "steps";
+                    for arg in args.iter().take(if words { 1 } else { usize::MAX }) {
+                        self.value(&arg.value, VALUE);
+                    }
                 }
+                Some(ExprKind::Path(path)) => self.easing(path),
+                _ => {}
+            }
+        }
+    }
+
+    /// An easing may be a function; else it is a word.
+    fn easing(&mut self, path: &'a ast::Path) {
+        match path.segments.as_slice() {
+            [name] => {
+                self.use_name(&name.text, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
+            }
+            _ => {
+                self.member(path);
             }
         }
     }

@@ -40,9 +40,17 @@ impl Points {
         Points(self.0 | other.0)
     }
 
-    /// Whether it is nothing.
+    /// The argument of a function that becomes an easing: known no sooner than the points of a surface, but not there.
+    pub const INPUT: Points = Points(1 << 7);
+
+    /// Whether it is nothing of a surface.
     pub fn is_none(self) -> bool {
-        self.0 == 0
+        self.0 & !Points::INPUT.0 == 0
+    }
+
+    /// Whether it is the argument of an easing.
+    pub fn is_input(self) -> bool {
+        self.0 == Points::INPUT.0
     }
 
     /// As a message names them: "`p` and `uv`".
@@ -53,7 +61,7 @@ impl Points {
 
     /// "depends on `p`, which is known at a surface only"
     fn label(self) -> String {
-        let one = self.0.count_ones() == 1;
+        let one = (self.0 & !Points::INPUT.0).count_ones() == 1;
         format!("depends on {}, which {} known at a surface only", self.names(), if one { "is" } else { "are" })
     }
 }
@@ -142,6 +150,7 @@ impl<'a> Machine<'a> {
     pub fn structure(&mut self, what: &str, scalar: Scalar, span: Span, around: Span) {
         let points = self.graph.points(&[scalar]);
         let (code, on, label) = match points.is_none() {
+            true if points.is_input() => ("E0601", "the argument of an easing", "depends on the argument".to_string()),
             true => ("E0601", "time", "depends on time".to_string()),
             false => ("E0613", "the point of a surface", points.label()),
         };

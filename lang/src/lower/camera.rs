@@ -66,7 +66,7 @@ impl<'a> Lower<'_, 'a> {
     fn not_too_wide(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) {
         let Some(set) = read::set(node, "fov") else { return };
         let widest = match &set.data {
-            Some(Data::Keys(keys)) => keys.iter().flat_map(|key| key.parts.iter().copied()).fold(0.0, f64::max),
+            Some(Data::Keys(keys)) => keys.keys.iter().flat_map(|key| key.value.iter().copied()).fold(0.0, f64::max),
             Some(data) => data.constants().and_then(|parts| parts.first().copied()).unwrap_or(0.0),
             None => 0.0,
         };

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use glam::DVec3;
 use kinora_scene::{Animated, Beam, Color, Light, LightKind, Sky, SkyLight, Track};
 
-use super::{Lower, read};
+use super::{InnerUse, Lower, read};
 use crate::diagnostic::Diagnostic;
 use crate::eval::coerce::Data;
 use crate::eval::machine::{NodeKind, NodeValue};
@@ -69,7 +69,7 @@ impl<'a> Lower<'_, 'a> {
                 },
                 "spot_light" => LightKind::Spot {
                     position: read::track(self.machine, &node, "position"),
-                    aim: self.beam(id, &node),
+                    aim: self.beam(id, &node, lights.len()),
                     power: read::track(self.machine, &node, "power"),
                     radius_m: read::number(&node, "radius"),
                     angle: read::number(&node, "angle"),
@@ -91,7 +91,8 @@ impl<'a> Lower<'_, 'a> {
         lights
     }
 
-    fn beam(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>) -> Beam<Animated> {
+    /// `at`: the light's index in the scene.
+    fn beam(&mut self, id: NodeId, node: &Rc<NodeValue<'a>>, at: usize) -> Beam<Animated> {
         self.not_both(id, node, "a spot light", ["look_at", "direction"], "where it shines");
         let down = Beam::Direction(DVec3::NEG_Y.into());
         if let Some(direction) = read::track_if_set(self.machine, node, "direction") {
@@ -109,7 +110,9 @@ impl<'a> Lower<'_, 'a> {
         let span = set.expr.span;
         let data = set.data.clone();
         let target: Track<DVec3> = match &data {
-            Some(Data::Node(target)) => return self.index_of(*target).map_or(down, Beam::Node),
+            Some(Data::Node(_) | Data::Inner(..)) => {
+                return self.placed_node(node, "look_at", InnerUse::LightTarget(at)).map_or(down, Beam::Node);
+            }
             Some(data) => read::to_track(self.machine, data).unwrap_or(Track::Const(DVec3::ZERO)),
             None => return down,
         };

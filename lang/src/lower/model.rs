@@ -4,6 +4,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::{Lower, read};
+use kinora_scene::Track;
+
+use crate::diagnostic::Diagnostic;
 use crate::eval::coerce::Data;
 use crate::eval::machine::{NodeKind, NodeValue};
 use crate::source::Span;
@@ -24,6 +27,10 @@ pub struct ModelRequest {
     pub material: Option<usize>,
     /// What nodes are made of: their path, the place of it, and the material.
     pub overrides: Vec<(Arc<str>, Span, usize)>,
+    /// The clip that plays, and the place that names it.
+    pub clip: Option<(Arc<str>, Span)>,
+    /// The time that it plays at; none for the scene's.
+    pub clock: Option<Arc<Track<f64>>>,
 }
 
 /// Who refers to a node or a camera inside a model.
@@ -35,6 +42,8 @@ pub enum InnerUse {
     CameraParent(usize),
     /// This camera looks at it.
     CameraTarget(usize),
+    /// This light shines at it.
+    LightTarget(usize),
     /// This node is copies of it.
     Copied(usize),
     /// It takes the picture.
@@ -91,6 +100,18 @@ impl<'a> Lower<'_, 'a> {
         let Some(set) = read::set(node, "file") else { return };
         let Some(Data::Text(file)) = &set.data else { return };
         let (file, span) = (file.clone(), set.expr.span);
-        self.models.push(ModelRequest { node: index, name: self.name(id), file, span, material, overrides });
+        let clip = read::set(node, "clip").and_then(|set| match &set.data {
+            Some(Data::Text(name)) => Some((name.clone(), set.expr.span)),
+            _ => None,
+        });
+        let clock = read::track_if_set(self.machine, node, "clip_time").map(Arc::new);
+        if let (Some(set), None) = (read::set(node, "clip_time"), read::set(node, "clip")) {
+            let diagnostic = Diagnostic::new("W0416", "`clip_time` has no effect without `clip`")
+                .primary(self.machine.file(), set.name, "changes nothing")
+                .help("say which clip plays: `clip: \"...\"`");
+            self.report(id, diagnostic);
+        }
+        let name = self.name(id);
+        self.models.push(ModelRequest { node: index, name, file, span, material, overrides, clip, clock });
     }
 }

@@ -138,7 +138,18 @@ impl<'a> Lower<'_, 'a> {
         let placing =
             if copies.as_ref().is_some_and(|copies| copies.at.len() > 1) { Placing::default() } else { placing };
         let only_copied = self.found.only_copied.contains(&id);
-        Node { name: self.name(id), parent, placing, shape, material, visible, copies, only_copied }
+        Node {
+            name: self.name(id),
+            parent,
+            placing,
+            shape,
+            material,
+            visible,
+            copies,
+            only_copied,
+            form: None,
+            vanishes: false,
+        }
     }
 
     /// Whether a property is set; E0207 without. `help`: what may be added.

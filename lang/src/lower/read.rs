@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::DVec3;
-use kinora_scene::{Key, Keys, Outside, Space, Track, Value};
+use kinora_scene::{Key, Keys, Track, Value, Way};
 
 use crate::builtin::texture::Texture;
 use crate::eval::coerce::Data;
@@ -55,12 +55,21 @@ pub fn to_track<T: Value>(machine: &mut Machine<'_>, data: &Data) -> Option<Trac
             Some(parts) => Track::Const(T::from_components(&parts)),
             None => Track::Curve(Box::new(machine.graph.tape(parts))),
         }),
-        Data::Keys(keys) if keys.iter().all(|key| key.parts.len() == T::COMPONENTS) => {
-            let keys = keys
-                .iter()
-                .map(|key| Key { time_s: key.time_s, value: T::from_components(&key.parts), ease: key.ease })
-                .collect();
-            Some(Track::Keys(Keys { keys, outside: Outside::Hold, space: Space::Linear }))
+        Data::Keys(keys) if keys.keys.iter().all(|key| key.value.len() == T::COMPONENTS) => {
+            let way = match &keys.way {
+                Way::Straight => Way::Straight,
+                Way::Squad => Way::Squad,
+                Way::Cubic(all) if all.iter().flatten().any(|slope| slope.len() != T::COMPONENTS) => return None,
+                Way::Cubic(all) => {
+                    Way::Cubic(all.iter().map(|two| two.each_ref().map(|slope| T::from_components(slope))).collect())
+                }
+            };
+            let key = |key: &Key<Vec<f64>>| Key {
+                time_s: key.time_s,
+                value: T::from_components(&key.value),
+                ease: key.ease.clone(),
+            };
+            Some(Track::Keys(Keys { keys: keys.keys.iter().map(key).collect(), way, outside: keys.outside }))
         }
         _ => None,
     }

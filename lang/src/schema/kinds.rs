@@ -413,8 +413,8 @@ const MESH: &[Property] = &[
 
 const MODEL: &[Property] = &[
     row("file", Type::Text, Default::Needed, "a glTF, GLB, OBJ, PLY or STL file"),
-    row("clip", Type::Text, Default::Computed, "which of its animations plays").later(),
-    row("clip_time", TIME, Default::Computed, "where it plays").moving().later(),
+    row("clip", Type::Text, Default::Computed, "which of its animations plays; without, it rests"),
+    row("clip_time", TIME, Default::Computed, "how far the clip has come; `time` without").moving(),
 ];
 
 const INSTANCE: &[Property] = &[row("of", Type::Placed, Default::Needed, "what is shown once more")];

@@ -3,19 +3,32 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
 use kinora_scene::{Mesh, Placing};
 use serde_json::Value;
 
 use super::accessor::{Accessor, Buffers};
-use super::geometry::{self, Pose, decompose, name_of};
+use super::clip;
+use super::geometry::{self, Primitive, decompose, name_of};
 use super::json::{extension, index, list, number, numbers, text};
 use super::material::{self, Materials};
 use super::table::{follow, is_known};
-use super::{Fault, Faults, Images, Lamp, LampKind, Lens, Model, Part, Projection, Warnings};
+use super::{Bones, Fault, Faults, Images, Lamp, LampKind, Lens, Model, Part, Projection, Rig, Warnings};
 
-/// Which primitive, with which coordinates and which pose.
-type Key = (String, [usize; 2], Option<usize>);
+/// Which primitive, with which coordinates.
+type Key = (String, [usize; 2]);
+
+/// What a node does to a primitive's form, before all nodes have become parts.
+struct Loose {
+    /// Index of the part that shows it.
+    part: usize,
+    primitive: Primitive,
+    weights: Vec<f64>,
+    /// The node of the file, and the part that it became.
+    node: usize,
+    of: usize,
+    skinned: bool,
+}
 
 struct Build<'m, 'b> {
     root: &'m Value,
@@ -23,7 +36,10 @@ struct Build<'m, 'b> {
     nodes: &'m [Value],
     /// Parent of each node of the file, and its matrix in the model; none for nodes outside of the scene.
     worlds: Vec<Option<DMat4>>,
-    known: HashMap<Key, Option<Arc<Mesh>>>,
+    known: HashMap<Key, Option<Primitive>>,
+    /// Of primitives whose form a node decides: their meshes at rest.
+    rest: HashMap<(Key, usize), Arc<Mesh>>,
+    loose: Vec<Loose>,
     bytes: usize,
     /// Roots of the materials, by index and whether vertices have colours.
     roots: HashMap<(Option<usize>, bool), usize>,
@@ -48,6 +64,8 @@ pub fn build(
         nodes,
         worlds: vec![None; nodes.len()],
         known: HashMap::new(),
+        rest: HashMap::new(),
+        loose: Vec::new(),
         bytes: 0,
         roots: HashMap::new(),
     };
@@ -59,10 +77,11 @@ pub fn build(
     let mut parts: Vec<Part> = Vec::new();
     let mut part_of: Vec<Option<usize>> = vec![None; nodes.len()];
     let mut flat = vec![false; nodes.len()];
+    let scaled = clip::scaled(root);
     for (at, parent) in order {
         let Some(node) = nodes.get(at) else { continue };
-        // What has no thickness in some direction cannot be placed, nor what is in it.
-        let singular = geometry::local(node).determinant() == 0.0;
+        // What has no thickness in some direction is not seen, nor what is in it, unless a clip makes it larger.
+        let singular = geometry::local(node).determinant() == 0.0 && !scaled.contains(&at);
         if singular || parent.is_some_and(|parent| flat[parent]) {
             if singular {
                 materials.warnings.add(
@@ -80,9 +99,16 @@ pub fn build(
         build.shapes(at, node, index, &mut parts, &mut materials)?;
     }
     model.materials = std::mem::take(&mut materials.made);
+    let targets = |node: usize| {
+        let mesh = nodes.get(node).and_then(|node| follow(root, "meshes", node, "mesh")).map(|(_, mesh)| mesh);
+        mesh.and_then(|mesh| list(mesh, "primitives").first()).map_or(0, |first| list(first, "targets").len())
+    };
+    model.clips = clip::read(root, buffers, &part_of, targets, materials.warnings);
+    if !model.clips.is_empty() {
+        build.rigs(&part_of, &mut parts)?;
+    }
     model.nodes = parts;
     model.material_names = names(root, "materials", "material");
-    model.clips = names(root, "animations", "animation");
     model.meshes = list(root, "meshes")
         .iter()
         .enumerate()
@@ -105,16 +131,6 @@ fn unsupported(root: &Value, warnings: &mut Warnings) {
         if !is_known(name) {
             warnings.add(format!("the extension {name}"), "what it says is left out");
         }
-    }
-    if !list(root, "animations").is_empty() {
-        warnings.add("animations", "they stand still for now");
-    }
-    if !list(root, "skins").is_empty() {
-        warnings.add("skins", "they stand still for now, as the nodes are placed");
-    }
-    if list(root, "meshes").iter().any(|mesh| list(mesh, "primitives").iter().any(|part| part.get("targets").is_some()))
-    {
-        warnings.add("morph targets", "they stand still for now, with the file's weights");
     }
     for (i, material) in list(root, "materials").iter().enumerate() {
         let mode = text(material, "alphaMode").unwrap_or("OPAQUE");
@@ -204,7 +220,9 @@ impl Build<'_, '_> {
             path: None,
             parent,
             placing,
+            of: None,
             shape: None,
+            form: None,
             camera: None,
             light: None,
         };
@@ -231,11 +249,8 @@ impl Build<'_, '_> {
         materials: &mut Materials<'_>,
     ) -> Result<(), Fault> {
         let Some((mesh_at, mesh)) = follow(self.root, "meshes", node, "mesh") else { return Ok(()) };
-        let joints = self.joints(node)?;
-        let skinned = !joints.is_empty();
-        let pose = Pose { weights: geometry::weights(node, mesh), joints };
-        // What follows its joints does not follow its node.
-        let own = (skinned || node.get("weights").is_some()).then_some(at);
+        let skin = follow(self.root, "skins", node, "skin").map(|(_, skin)| skin);
+        let weights = geometry::weights(node, mesh);
         for (i, primitive) in list(mesh, "primitives").iter().enumerate() {
             let material = index(primitive, "material");
             let sets = material::sets(material.and_then(|at| list(self.root, "materials").get(at)));
@@ -250,17 +265,31 @@ impl Build<'_, '_> {
                     primitive.get("targets").map_or(0, |_| mesh_at + 1)
                 ),
                 sets,
-                own,
             );
-            let shape = match self.known.get(&key) {
+            let made = match self.known.get(&key) {
                 Some(known) => known.clone(),
                 None => {
-                    let made = self.mesh(mesh, mesh_at, primitive, sets, &pose, materials.warnings)?;
-                    self.known.insert(key, made.clone());
+                    let made = self.mesh(mesh, mesh_at, primitive, sets, materials.warnings)?;
+                    self.known.insert(key.clone(), made.clone());
                     made
                 }
             };
-            let Some(shape) = shape else { continue };
+            let Some(made) = made else { continue };
+            let skin = skin.filter(|_| made.influences.is_some());
+            let skinned = skin.is_some();
+            let still = skin.is_none() && (made.targets.is_empty() || weights.iter().all(|weight| *weight == 0.0));
+            let shape = match (still, self.rest.get(&(key.clone(), at))) {
+                (true, _) => made.mesh.clone(),
+                (false, Some(known)) => known.clone(),
+                (false, None) => {
+                    let joints = skin.map(|skin| self.joints(skin)).transpose()?;
+                    let held = made.influences.as_deref().zip(joints.as_deref());
+                    let mesh = Arc::new(made.mesh.formed(&made.targets, &weights, held));
+                    sound(&mesh, mesh_at)?;
+                    self.rest.insert((key, at), mesh.clone());
+                    mesh
+                }
+            };
             let colored = !shape.colors.is_empty();
             let root = match self.roots.get(&(material, colored)) {
                 Some(root) => *root,
@@ -271,8 +300,11 @@ impl Build<'_, '_> {
                 }
             };
             let shape = Some((shape, root));
-            match parts.get_mut(part) {
-                Some(own) if own.shape.is_none() && !skinned => own.shape = shape,
+            let shown = match parts.get_mut(part) {
+                Some(own) if own.shape.is_none() && !skinned => {
+                    own.shape = shape;
+                    part
+                }
                 _ => {
                     let name = format!("{}_{i}", name_of(node, "node", at));
                     let parent = if skinned { None } else { Some(part) };
@@ -281,11 +313,18 @@ impl Build<'_, '_> {
                         path: None,
                         parent,
                         placing: Placing::default(),
+                        of: Some(part),
                         shape,
+                        form: None,
                         camera: None,
                         light: None,
                     });
+                    parts.len() - 1
                 }
+            };
+            if skinned || !made.targets.is_empty() {
+                let weights = weights.clone();
+                self.loose.push(Loose { part: shown, primitive: made, weights, node: at, of: part, skinned });
             }
         }
         Ok(())
@@ -297,9 +336,8 @@ impl Build<'_, '_> {
         mesh_at: usize,
         primitive: &Value,
         sets: [usize; 2],
-        pose: &Pose,
         warnings: &mut Warnings,
-    ) -> Result<Option<Arc<Mesh>>, Fault> {
+    ) -> Result<Option<Primitive>, Fault> {
         let name = name_of(mesh, "mesh", mesh_at);
         let Some(triangles) = geometry::triangles(self.root, self.buffers, primitive)? else {
             if primitive.get("attributes").is_some_and(|set| set.get("POSITION").is_none()) {
@@ -313,7 +351,14 @@ impl Build<'_, '_> {
             return Ok(None);
         }
         let [vertices, _] = geometry::counts(self.root, primitive);
-        self.bytes += geometry::bytes(triangles.len(), vertices.min(3 * triangles.len()));
+        let targets = list(primitive, "targets").len();
+        let vertices = vertices.min(3 * triangles.len());
+        self.bytes = self.bytes.saturating_add(geometry::bytes(
+            triangles.len(),
+            vertices,
+            targets,
+            geometry::joint_sets(primitive),
+        ));
         if self.bytes > geometry::MESH_BYTES {
             return Err(Fault {
                 code: "E0806",
@@ -322,35 +367,66 @@ impl Build<'_, '_> {
                 help: "decimate it",
             });
         }
-        let mut made = geometry::mesh(self.root, self.buffers, primitive, triangles, sets, pose)?;
-        made.name.clone_from(&name);
-        made.validate().map_err(|error| Fault {
-            code: "E0803",
-            at: format!("/meshes/{mesh_at}"),
-            message: format!("mesh `{name}`: {error}"),
-            help: "export it again",
-        })?;
-        Ok(Some(Arc::new(made)))
+        let (mut mesh, targets, influences) = geometry::mesh(self.root, self.buffers, primitive, triangles, sets)?;
+        mesh.name = name;
+        sound(&mesh, mesh_at)?;
+        Ok(Some(Primitive { mesh: Arc::new(mesh), targets: Arc::new(targets), influences: influences.map(Arc::new) }))
     }
 
-    /// From the mesh in bind pose to the model, for each joint of a node's skin; empty without one.
-    fn joints(&self, node: &Value) -> Result<Vec<DMat4>, Fault> {
-        let Some((_, skin)) = follow(self.root, "skins", node, "skin") else { return Ok(Vec::new()) };
+    /// From the mesh in bind pose to each joint of a skin.
+    fn bind(&self, skin: &Value) -> Result<Vec<DAffine3>, Fault> {
         let bind =
             index(skin, "inverseBindMatrices").map(|at| Accessor::open(self.root, self.buffers, at)).transpose()?;
         let matrix = |i: usize| match &bind {
             Some(accessor) => DMat4::from_cols_array(&std::array::from_fn(|c| accessor.number(i, c))),
             None => DMat4::IDENTITY,
         };
-        let whole = |joint: &Value| super::json::whole(joint).map(|joint| joint as usize);
-        let joints = list(skin, "joints").iter().enumerate();
-        Ok(joints
-            .map(|(i, joint)| {
-                let world = whole(joint).and_then(|joint| self.worlds.get(joint).copied().flatten());
-                world.unwrap_or(DMat4::IDENTITY) * matrix(i)
-            })
-            .collect())
+        Ok((0..list(skin, "joints").len()).map(|i| DAffine3::from_mat4(matrix(i))).collect())
     }
+
+    /// From the mesh in bind pose to the model as it is at rest, for each joint of a skin.
+    fn joints(&self, skin: &Value) -> Result<Vec<DAffine3>, Fault> {
+        let whole = |joint: &Value| super::json::whole(joint).map(|joint| joint as usize);
+        let world = |joint: &Value| whole(joint).and_then(|joint| self.worlds.get(joint).copied().flatten());
+        let placed = |joint: &Value| world(joint).map_or(DAffine3::IDENTITY, DAffine3::from_mat4);
+        let joints = list(skin, "joints").iter().zip(self.bind(skin)?);
+        Ok(joints.map(|(joint, bind)| placed(joint) * bind).collect())
+    }
+
+    /// What changes forms where clips move them, now that all nodes are parts.
+    fn rigs(&mut self, part_of: &[Option<usize>], parts: &mut [Part]) -> Result<(), Fault> {
+        let whole = |joint: &Value| super::json::whole(joint).map(|joint| joint as usize);
+        let mut binds: HashMap<usize, Arc<Vec<DAffine3>>> = HashMap::new();
+        for Loose { part, primitive, weights, node, of, skinned } in std::mem::take(&mut self.loose) {
+            let skin = self.nodes.get(node).and_then(|node| follow(self.root, "skins", node, "skin"));
+            let skin = match skin.filter(|_| skinned).zip(primitive.influences) {
+                Some(((at, skin), influences)) => {
+                    let bind = match binds.get(&at) {
+                        Some(bind) => bind.clone(),
+                        None => binds.entry(at).or_insert(Arc::new(self.bind(skin)?)).clone(),
+                    };
+                    let joint = |joint: &Value| whole(joint).and_then(|joint| part_of.get(joint).copied().flatten());
+                    Some(Bones { joints: list(skin, "joints").iter().map(joint).collect(), bind, influences })
+                }
+                None => None,
+            };
+            let rig = Rig { mesh: primitive.mesh, targets: primitive.targets, weights, part: of, skin };
+            if let Some(slot) = parts.get_mut(part) {
+                slot.form = Some(rig);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// E0803: a mesh that cannot be shown.
+fn sound(mesh: &Mesh, at: usize) -> Result<(), Fault> {
+    mesh.validate().map_err(|error| Fault {
+        code: "E0803",
+        at: format!("/meshes/{at}"),
+        message: format!("mesh `{}`: {error}", mesh.name),
+        help: "export it again",
+    })
 }
 
 /// A light of KHR_lights_punctual.

@@ -528,6 +528,9 @@ impl<'c> Check<'c> {
                 if path != "weights" && target.is_some_and(|node| node.get("matrix").is_some()) {
                     self.report(format!("{at}/target/node"), "a node with a matrix cannot be moved");
                 }
+                if let (Some(target), Some(k)) = (target, index(channel, "sampler")) {
+                    self.moved(target, path, samplers.get(k), &at, &format!("/animations/{i}/samplers/{k}"));
+                }
             }
             for (k, sampler) in samplers.iter().enumerate() {
                 let at = format!("{at}/samplers/{k}");
@@ -541,10 +544,49 @@ impl<'c> Check<'c> {
                 }
                 let (times, values) = (index(input, "count").unwrap_or(0), index(output, "count").unwrap_or(0));
                 let each = if text(sampler, "interpolation") == Some("CUBICSPLINE") { 3 } else { 1 };
+                if each == 3 && times == 1 {
+                    self.report(format!("{at}/input"), "a cubic spline has two keys or more");
+                }
                 if times > 0 && values < times.saturating_mul(each) {
                     self.report(format!("{at}/output"), format!("{values} values for {times} times"));
                 }
             }
+        }
+    }
+
+    /// Whether the values of a sampler are what a channel of this path moves.
+    fn moved(&mut self, node: &Value, path: &str, sampler: Option<&Value>, at: &str, sampler_at: &str) {
+        let Some(sampler) = sampler else { return };
+        let Some((_, input)) = follow(self.root, "accessors", sampler, "input") else { return };
+        let Some((_, output)) = follow(self.root, "accessors", sampler, "output") else { return };
+        let kind = match path {
+            "translation" | "scale" => "VEC3",
+            "rotation" => "VEC4",
+            "weights" => "SCALAR",
+            // For extensions.
+            _ => return,
+        };
+        let mut each = if text(sampler, "interpolation") == Some("CUBICSPLINE") { 3 } else { 1 };
+        if path == "weights" {
+            let mesh = follow(self.root, "meshes", node, "mesh").map(|(_, mesh)| mesh);
+            let first = mesh.and_then(|mesh| list(mesh, "primitives").first());
+            let targets = first.map_or(0, |primitive| list(primitive, "targets").len());
+            if targets == 0 {
+                return self.report(format!("{at}/target"), "the node's mesh has no morph targets to weigh");
+            }
+            each *= targets;
+        }
+        let code = index(output, "componentType").unwrap_or(0);
+        let whole = output.get("normalized") == Some(&Value::Bool(true)) && (5120..=5123).contains(&code);
+        if text(output, "type") != Some(kind) || !(code == 5126 || whole && kind != "VEC3") {
+            let found = text(output, "type").unwrap_or("?");
+            let message = format!("a {path} cannot be a {found} of component type {code}");
+            self.report(format!("{sampler_at}/output"), message);
+        }
+        let (times, values) = (index(input, "count").unwrap_or(0), index(output, "count").unwrap_or(0));
+        if values > times.saturating_mul(each) || path == "weights" && values != times.saturating_mul(each) {
+            let message = format!("{values} values for {times} times, {} are expected", times.saturating_mul(each));
+            self.report(format!("{sampler_at}/output"), message);
         }
     }
 
@@ -663,6 +705,24 @@ pub fn content(root: &Value, buffers: &Buffers<'_>, faults: &mut Faults) {
         }
     }
     let mut seen = HashSet::new();
+    for (i, animation) in list(root, "animations").iter().enumerate() {
+        for (k, sampler) in list(animation, "samplers").iter().enumerate() {
+            let Some(input) = index(sampler, "input").filter(|input| seen.insert((*input, usize::MAX))) else {
+                continue;
+            };
+            let Ok(open) = Accessor::open(root, buffers, input) else { continue };
+            let at = format!("/animations/{i}/samplers/{k}/input");
+            let time = |key: usize| open.number(key, 0);
+            if open.count > 0 && time(0) < 0.0 {
+                faults.push(Fault::new(&at, format!("the first key is at {} s, before the beginning", time(0)), AGAIN));
+            }
+            let late = (1..open.count).find(|key| time(*key) <= time(key - 1));
+            if let Some(key) = late {
+                let message = format!("the key at {} s comes after the key at {} s", time(key), time(key - 1));
+                faults.push(Fault::new(&at, message, AGAIN));
+            }
+        }
+    }
     for (i, mesh) in list(root, "meshes").iter().enumerate() {
         for (j, primitive) in list(mesh, "primitives").iter().enumerate() {
             let Some(indices) = index(primitive, "indices") else { continue };

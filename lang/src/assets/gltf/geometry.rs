@@ -1,27 +1,29 @@
-//! Primitives to meshes: triangles of every mode, only the vertices that are used, uv turned so that v grows upwards, skins
-//! and morph targets as they are at rest.
+//! Primitives to meshes: triangles of every mode, only the vertices that are used, uv turned so that v grows upwards, and
+//! what changes their form: morph targets and joints.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
-use kinora_scene::Mesh;
+use kinora_scene::{Influences, Mesh, Target};
 use serde_json::Value;
 
 use super::Fault;
 use super::accessor::{Accessor, Buffers};
 use super::json::{index, list, number, text};
-use crate::assets::shape;
 
 /// Most bytes that the meshes of one model may take.
 pub const MESH_BYTES: usize = 2 << 30;
 
-/// What decides how a primitive looks in a place.
-#[derive(Default)]
-pub struct Pose {
-    /// Weights of the morph targets.
-    pub weights: Vec<f64>,
-    /// Of each joint: from the mesh in bind pose to the model.
-    pub joints: Vec<DMat4>,
+/// A primitive before anything is done to it.
+#[derive(Clone)]
+pub struct Primitive {
+    /// Its triangles.
+    pub mesh: Arc<Mesh>,
+    /// Its morph targets.
+    pub targets: Arc<Vec<Target>>,
+    /// The joints that hold its vertices, if it has some.
+    pub influences: Option<Arc<Influences>>,
 }
 
 /// What a primitive is made of, as triangles; none where it has only points or lines, or no positions.
@@ -90,9 +92,9 @@ fn compact(triangles: &mut [[u32; 3]], vertices: usize) -> Vec<u32> {
     used
 }
 
-/// Bytes that a mesh of so many triangles and vertices takes at most.
-pub fn bytes(triangles: usize, vertices: usize) -> usize {
-    12 * triangles + 72 * vertices
+/// Bytes that a mesh of so many triangles and vertices takes at most, with so many morph targets and sets of joints.
+pub fn bytes(triangles: usize, vertices: usize, targets: usize, sets: usize) -> usize {
+    12 * triangles + (72 + 36 * targets + 32 * sets) * vertices
 }
 
 /// Builds a mesh. `sets`: which texture coordinates become the first and the second of the mesh.
@@ -105,74 +107,33 @@ pub fn mesh(
     primitive: &Value,
     mut triangles: Vec<[u32; 3]>,
     sets: [usize; 2],
-    pose: &Pose,
-) -> Result<Mesh, Fault> {
+) -> Result<(Mesh, Vec<Target>, Option<Influences>), Fault> {
     let attributes = primitive.get("attributes").unwrap_or(&Value::Null);
     let open = |name: &str| index(attributes, name).map(|at| Accessor::open(root, buffers, at)).transpose();
-    let Some(position) = open("POSITION")? else { return Ok(Mesh::default()) };
+    let Some(position) = open("POSITION")? else { return Ok((Mesh::default(), Vec::new(), None)) };
     let used = compact(&mut triangles, position.count);
-    let read3 = |accessor: &Accessor<'_>| -> Vec<DVec3> {
-        used.iter().map(|v| DVec3::from_array([0, 1, 2].map(|c| accessor.number(*v as usize, c)))).collect()
+    let read3 = |accessor: &Accessor<'_>| -> Vec<Vec3> {
+        used.iter().map(|v| Vec3::from_array(accessor.get(*v as usize))).collect()
     };
-    let mut positions = read3(&position);
-    let mut normals = open("NORMAL")?.map(|accessor| read3(&accessor)).unwrap_or_default();
-    let tangents = open("TANGENT")?;
-    let signs: Vec<f64> = match &tangents {
-        Some(accessor) => used.iter().map(|v| accessor.number(*v as usize, 3)).collect(),
+    let positions = read3(&position);
+    let normals = open("NORMAL")?.map(|accessor| read3(&accessor)).unwrap_or_default();
+    let tangents: Vec<Vec4> = match open("TANGENT")? {
+        Some(accessor) => used.iter().map(|v| Vec4::from_array(accessor.get(*v as usize))).collect(),
         None => Vec::new(),
     };
-    let mut tangents = tangents.map(|accessor| read3(&accessor)).unwrap_or_default();
-    for (target, weight) in list(primitive, "targets").iter().zip(&pose.weights) {
-        if *weight == 0.0 {
-            continue;
-        }
-        for (name, values) in [("POSITION", &mut positions), ("NORMAL", &mut normals), ("TANGENT", &mut tangents)] {
-            let Some(at) = index(target, name) else { continue };
-            let changes = read3(&Accessor::open(root, buffers, at)?);
-            for (value, change) in values.iter_mut().zip(changes) {
-                *value += *weight * change;
-            }
-        }
+    let mut targets = Vec::new();
+    for target in list(primitive, "targets") {
+        let changes = |name: &str| -> Result<Vec<Vec3>, Fault> {
+            let Some(at) = index(target, name) else { return Ok(Vec::new()) };
+            Ok(read3(&Accessor::open(root, buffers, at)?))
+        };
+        targets.push(Target {
+            positions: changes("POSITION")?,
+            normals: changes("NORMAL")?,
+            tangents: changes("TANGENT")?,
+        });
     }
-    if !pose.joints.is_empty() {
-        let mut joints = Vec::new();
-        for set in 0.. {
-            let (Some(which), Some(weights)) = (open(&format!("JOINTS_{set}"))?, open(&format!("WEIGHTS_{set}"))?)
-            else {
-                break;
-            };
-            joints.push((which, weights));
-        }
-        for (i, vertex) in used.iter().enumerate() {
-            let (mut matrix, mut sum) = (DMat4::ZERO, 0.0);
-            for (which, weights) in &joints {
-                for c in 0..4 {
-                    let weight = weights.number(*vertex as usize, c);
-                    let joint = pose.joints.get(which.number(*vertex as usize, c) as usize);
-                    let Some(joint) = joint.filter(|_| weight > 0.0) else { continue };
-                    matrix += *joint * weight;
-                    sum += weight;
-                }
-            }
-            if sum <= 0.0 {
-                continue;
-            }
-            let matrix = matrix * (1.0 / sum);
-            positions[i] = matrix.transform_point3(positions[i]);
-            let linear = DMat3::from_mat4(matrix);
-            if let Some(tangent) = tangents.get_mut(i) {
-                *tangent = linear * *tangent;
-            }
-            if let Some(normal) = normals.get_mut(i) {
-                let cofactors = DMat3::from_cols(
-                    linear.y_axis.cross(linear.z_axis),
-                    linear.z_axis.cross(linear.x_axis),
-                    linear.x_axis.cross(linear.y_axis),
-                );
-                *normal = cofactors * *normal;
-            }
-        }
-    }
+    let influences = influences(&open, &used)?;
     let coordinates = |set: usize| -> Result<Vec<Vec2>, Fault> {
         Ok(match open(&format!("TEXCOORD_{set}"))? {
             Some(accessor) => used
@@ -194,25 +155,57 @@ pub fn mesh(
         }
         None => Vec::new(),
     };
-    let single = |v: &DVec3| v.as_vec3();
     let mut mesh = Mesh {
         name: String::new(),
-        positions: positions.iter().map(single).collect(),
-        normals: normals.iter().map(single).collect(),
+        positions,
+        normals,
         uvs: coordinates(sets[0])?,
         more_uvs: coordinates(sets[1])?,
         colors,
         tangents: Vec::new(),
         triangles,
     };
-    shape::repair_normals(&mut mesh);
+    mesh.repair_normals();
     // A tangent without length has no direction: then all follow from the coordinates.
-    let unit: Option<Vec<Vec3>> = tangents.iter().map(|t| t.as_vec3().try_normalize()).collect();
+    let unit: Option<Vec<Vec3>> = tangents.iter().map(|t| t.truncate().try_normalize()).collect();
     if let Some(unit) = unit.filter(|_| !mesh.normals.is_empty()) {
-        let signed = |(t, sign): (Vec3, &f64)| t.extend(if *sign < 0.0 { -1.0 } else { 1.0 });
-        mesh.tangents = unit.into_iter().zip(&signs).map(signed).collect();
+        let signed = |(t, old): (Vec3, &Vec4)| t.extend(if old.w < 0.0 { -1.0 } else { 1.0 });
+        mesh.tangents = unit.into_iter().zip(&tangents).map(signed).collect();
     }
-    Ok(mesh)
+    Ok((mesh, targets, influences))
+}
+
+/// How many sets of joints a primitive has.
+pub fn joint_sets(primitive: &Value) -> usize {
+    let attributes = primitive.get("attributes").unwrap_or(&Value::Null);
+    let has = |name: String| attributes.get(name).is_some();
+    (0..).take_while(|set| has(format!("JOINTS_{set}")) && has(format!("WEIGHTS_{set}"))).count()
+}
+
+/// The joints that hold the used vertices, four a set.
+fn influences<'b>(
+    open: &impl Fn(&str) -> Result<Option<Accessor<'b>>, Fault>,
+    used: &[u32],
+) -> Result<Option<Influences>, Fault> {
+    let mut sets = Vec::new();
+    while let (Some(which), Some(weights)) =
+        (open(&format!("JOINTS_{}", sets.len()))?, open(&format!("WEIGHTS_{}", sets.len()))?)
+    {
+        sets.push((which, weights));
+    }
+    if sets.is_empty() {
+        return Ok(None);
+    }
+    let mut found = Influences { each: 4 * sets.len(), joints: Vec::new(), weights: Vec::new() };
+    for vertex in used {
+        for (which, weights) in &sets {
+            for c in 0..4 {
+                found.joints.push(which.number(*vertex as usize, c) as u32);
+                found.weights.push(weights.number(*vertex as usize, c) as f32);
+            }
+        }
+    }
+    Ok(Some(found))
 }
 
 /// The weights that the morph targets of a node have at rest.

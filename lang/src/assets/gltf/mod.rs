@@ -6,6 +6,7 @@
 mod accessor;
 mod build;
 mod check;
+mod clip;
 mod container;
 mod geometry;
 mod json;
@@ -15,13 +16,15 @@ mod table;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use kinora_scene::{Animated, Image, Material, Mesh, Placing, Texels};
+use glam::DAffine3;
+use kinora_scene::{Animated, Image, Influences, Material, Mesh, Placing, Target, Texels};
 use serde_json::Value;
 
 use super::picture;
 use crate::files::{FileError, Files};
 use accessor::Buffers;
 use build::build;
+pub use clip::{Channel, Clip, Moved};
 use json::{index, list, text};
 
 /// What is wrong with a model.
@@ -119,8 +122,8 @@ pub struct Model {
     pub materials: Vec<Material<Animated>>,
     /// Names of the file's own materials.
     pub material_names: Vec<String>,
-    /// Names of the animations.
-    pub clips: Vec<String>,
+    /// The animations.
+    pub clips: Vec<Clip>,
     /// What is left out.
     pub warnings: Warnings,
 }
@@ -136,12 +139,42 @@ pub struct Part {
     pub parent: Option<usize>,
     /// How it is placed there.
     pub placing: Placing,
-    /// Its triangles and their material.
+    /// Of what belongs to another part, whether it moves with it or not, that part.
+    pub of: Option<usize>,
+    /// Its triangles, as they are at rest, and their material.
     pub shape: Option<(Arc<Mesh>, usize)>,
+    /// What changes its form.
+    pub form: Option<Rig>,
     /// A camera in it.
     pub camera: Option<Lens>,
     /// A light in it.
     pub light: Option<Lamp>,
+}
+
+/// What changes a mesh's form where a clip moves it.
+#[derive(Debug)]
+pub struct Rig {
+    /// Before anything is done to it.
+    pub mesh: Arc<Mesh>,
+    /// Morph targets, empty without.
+    pub targets: Arc<Vec<Target>>,
+    /// Their weights at rest.
+    pub weights: Vec<f64>,
+    /// Index of the part whose weights they are.
+    pub part: usize,
+    /// Joints, if it has a skin.
+    pub skin: Option<Bones>,
+}
+
+/// The skin of a mesh.
+#[derive(Debug)]
+pub struct Bones {
+    /// Indices of parts; none for what is not in the scene.
+    pub joints: Vec<Option<usize>>,
+    /// From the mesh to each joint.
+    pub bind: Arc<Vec<DAffine3>>,
+    /// What follows which.
+    pub influences: Arc<Influences>,
 }
 
 /// A camera that looks along -z of its node.

@@ -109,4 +109,37 @@ sphere ball { radius: keys { 0s: 1  12s: 2 } }"#
         bad: scene!("sphere ball { radius: 1m + 0.1 * p.x }"),
         good: scene!("sphere ball { material: diffuse { roughness: 0.5 + 0.5 * noise(p) } }"),
     },
+    Row {
+        code: "E0614",
+        title: "no keys for some of the frames",
+        text: "With `outside: error` keys have no value before the first and after the last of them, and a frame lies there.",
+        bad: scene!(
+            r#"render { duration: 8s }
+sphere ball { radius: keys(outside: error) { 0s: 1  4s: 2 } }"#
+        ),
+        good: scene!(
+            r#"render { duration: 8s }
+sphere ball { radius: keys(outside: error) { 0s: 1  8s: 2 } }"#
+        ),
+    },
+    Row {
+        code: "E0615",
+        title: "a function that is no easing",
+        text: "An easing says how far a segment has come, 0 to 1, when a part of its time has passed: a function of one plain number that gives one, and that depends on nothing else, neither on `time` nor on keys.",
+        bad: scene!(
+            r#"fn late(x) = x * sin(time / 1s)
+sphere ball { radius: keys { 0s: 1  1s: 2 ease late } }"#
+        ),
+        good: scene!(
+            r#"fn late(x) = x * sin(turn(x / 4))
+sphere ball { radius: keys { 0s: 1  1s: 2 ease late } }"#
+        ),
+    },
+    Row {
+        code: "E0616",
+        title: "tangents without hermite",
+        text: "`in` and `out` say how much a value changes a second before and after its key. They belong to curves with `interpolate: hermite`, in the value's own space.",
+        bad: scene!("sphere ball { radius: keys { 0s: { value: 1, out: 2 }  1s: 2 } }"),
+        good: scene!("sphere ball { radius: keys(interpolate: hermite) { 0s: { value: 1, out: 2 }  1s: 2 } }"),
+    },
 ];
