@@ -21,11 +21,14 @@
 //! [`World`]: kinora_scene::World
 
 mod aim;
+mod baked;
 mod camera;
 mod ease;
 mod error;
 mod light;
 mod material;
+#[cfg(feature = "physics")]
+pub mod physics;
 mod pose;
 mod read;
 mod sample;

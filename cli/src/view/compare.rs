@@ -152,6 +152,7 @@ mod tests {
             materials: vec![Material::default_diffuse()],
             sky: None,
             lights: Vec::new(),
+            physics: kinora_scene::Physics::default(),
         }
     }
 

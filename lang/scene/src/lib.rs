@@ -9,6 +9,7 @@
 
 mod mesh;
 mod noise;
+mod physics;
 mod program;
 mod rate;
 mod scene;
@@ -20,6 +21,7 @@ mod world;
 
 pub use mesh::{Mesh, MeshError};
 pub use noise::{cellular_noise, gradient_noise};
+pub use physics::{Baked, BakedBody, Body, BodyKind, Collider, Joint, JointKind, Mass, Physics, Pose, Simulation};
 pub use program::{Operand, Operation, Program, STEPS, Step, Unfit, VALUES};
 pub use rate::{Animated, Rate, Still};
 pub use scene::*;
