@@ -149,8 +149,8 @@ pub fn bake(
         Err(why) if frozen => return Err(BakeError::Stale { why }),
         Err(_) => {}
     }
-    let mut new = simulate(&plan, key, cache, watch)?;
-    let not_kept = new.not_kept.take().or_else(|| cache.write(&file::write(&plan, key, &new.poses)).err());
+    let new = simulate(&plan, key, cache, watch)?;
+    let not_kept = cache.write(&file::write(&plan, key, &new.poses)).err();
     Ok(Some(Bake { overlaps: new.overlaps, not_kept, ..made(new.poses, false) }))
 }
 
@@ -158,7 +158,6 @@ pub fn bake(
 struct New {
     poses: Vec<Pose>,
     overlaps: Vec<([usize; 2], f64)>,
-    not_kept: Option<String>,
 }
 
 fn simulate(
@@ -167,7 +166,9 @@ fn simulate(
     cache: &mut dyn Cache,
     watch: &mut dyn FnMut(Progress) -> Next,
 ) -> Result<New, BakeError> {
-    let mut new = New { poses: Vec::new(), overlaps: Vec::new(), not_kept: None };
+    let mut new = New { poses: Vec::new(), overlaps: Vec::new() };
+    // Whether what is unfinished can be kept: if not, there is no more to do about it.
+    let mut keeps = true;
     // How many bytes of what is unfinished are whole, and how many poses those are.
     let (mut whole, mut saved) = (0, 0);
     let mut resumed = None;
@@ -193,13 +194,13 @@ fn simulate(
     let moving: Vec<usize> = plan.moving().collect();
     while simulator.done() < plan.steps {
         let next = watch(Progress { step: simulator.done(), steps: plan.steps });
-        if next != Next::Step && new.not_kept.is_none() && new.poses.len() > saved {
+        if next != Next::Step && keeps && new.poses.len() > saved {
             let before = saved.checked_sub(moving.len()).map(|from| &new.poses[from..saved]);
             let mut bytes = if whole == 0 { file::begin(plan, key) } else { Vec::new() };
             bytes.extend(file::record(plan, before, &new.poses[saved..], &simulator.state()));
             match cache.write_part(whole, &bytes) {
                 Ok(()) => (whole, saved) = (whole + bytes.len(), new.poses.len()),
-                Err(why) => new.not_kept = Some(why),
+                Err(_) => keeps = false,
             }
         }
         if next == Next::Stop {
