@@ -261,7 +261,7 @@ fn default_of(property: &Property) -> String {
 fn allowed(check: Check) -> String {
     match check {
         Check::Any => "".into(),
-        Check::Above0 => "above 0".into(),
+        Check::Above0 | Check::Mass => "above 0".into(),
         Check::AtLeast0 => "at least 0".into(),
         Check::Within(low, high) if high >= i64::from(i32::MAX) && low >= 0 => format!("at least {low}"),
         Check::Within(_, high) if high >= i64::from(i32::MAX) => "".into(),

@@ -1,6 +1,7 @@
 //! Rigid bodies, what holds them together, and how they are simulated.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 use std::rc::Rc;
 
 use glam::DVec3;
@@ -38,6 +39,9 @@ impl<'a> Lower<'_, 'a> {
             bodies.extend(self.body(index, nodes, &ids));
         }
         let kinds: HashMap<usize, BodyKind> = bodies.iter().map(|body| (body.node, body.kind)).collect();
+        for body in &bodies {
+            self.carried(body, &kinds, nodes, &ids);
+        }
         let mut joints = Vec::new();
         // What is copied by `like` is met more than once, and holds the same bodies each time.
         let mut known = HashSet::new();
@@ -293,6 +297,30 @@ impl<'a> Lower<'_, 'a> {
         None
     }
 
+    /// E0903: what no force moves, in what forces move.
+    fn carried(&mut self, body: &Body, kinds: &HashMap<usize, BodyKind>, nodes: &[Node], ids: &[NodeId]) {
+        let word = match body.kind {
+            BodyKind::Dynamic => return,
+            BodyKind::Fixed => "fixed",
+            BodyKind::Kinematic => "kinematic",
+        };
+        let mut at = nodes.get(body.node).and_then(|node| node.parent);
+        while let Some(index) = at {
+            if kinds.get(&index) == Some(&BodyKind::Dynamic) {
+                let (Some(id), Some(other)) = (ids.get(body.node), ids.get(index)) else { return };
+                let (name, whole) = (self.name(*id), self.name(*other));
+                let message = format!("`{name}` is {word} but moves with `{whole}`, which forces move");
+                let diagnostic = Diagnostic::new("E0903", message)
+                    .primary(self.machine.file(), self.span(*id), format!("a {word} body"))
+                    .label(self.machine.file(), self.span(*other), "a dynamic body")
+                    .help("write it beside, and join the two with a `joint` of `kind: fixed`");
+                self.report(*id, diagnostic);
+                return;
+            }
+            at = nodes.get(index).and_then(|node| node.parent);
+        }
+    }
+
     fn joint(&mut self, id: NodeId, kinds: &HashMap<usize, BodyKind>) -> Option<Joint> {
         let node = self.machine.done(id)?;
         let needed = [("kind", "`kind: hinge`"), ("a", "`a: door`, a body"), ("b", "`b: frame`, a body")];
@@ -426,6 +454,15 @@ impl<'a> Lower<'_, 'a> {
             let diagnostic = Diagnostic::new("E0401", "limits must go from the smaller to the larger")
                 .primary(self.machine.file(), span, format!("from {}{unit} to {}{unit}", shown(low), shown(high)))
                 .help("swap the two");
+            self.report(id, diagnostic);
+            return None;
+        }
+        // A hinge cannot tell a turn more from a turn less.
+        let most = PI + 1e-9;
+        if angular && (low < -most || high > most) {
+            let diagnostic = Diagnostic::new("E0401", "limits of a hinge must be within -180deg..180deg")
+                .primary(self.machine.file(), span, "further than once round")
+                .help("leave `limits` out for a hinge that turns all the way");
             self.report(id, diagnostic);
             return None;
         }

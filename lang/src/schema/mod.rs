@@ -173,7 +173,7 @@ pub enum Type {
     Indices,
     /// A range of angles or lengths; which of the two, another property says.
     Limits,
-    /// A rate of turning or a speed; which of the two, another property says.
+    /// An angular speed or a speed; which of the two, another property says.
     Drive,
 }
 
@@ -302,7 +302,7 @@ impl Type {
             Type::Pairs => "a list of pairs".into(),
             Type::Indices => "a list of whole numbers".into(),
             Type::Limits => "a range of angles or lengths".into(),
-            Type::Drive => "a rate of turning or a speed".into(),
+            Type::Drive => "an angular speed or a speed".into(),
         }
     }
 }

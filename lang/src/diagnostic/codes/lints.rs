@@ -66,31 +66,33 @@ sphere ball { radius: size }"#
         text: "A body is further away than numbers reach, or nowhere at all. Mostly bodies that overlap at the start, \
             or a spring that is too stiff for the step, threw it there. A higher `rate` of the `simulation` makes \
             smaller steps.",
-        bad: "",
-        good: "",
+        bad: scene!("sphere ball { rigid_body { velocity: (100000000m/s, 0, 0) } }\nrender { duration: 1s }"),
+        good: scene!("sphere ball { rigid_body { velocity: (10m/s, 0, 0) } }\nrender { duration: 1s }"),
     },
     Row {
         code: "E0906",
         title: "a stale bake under --frozen-bake",
         text: "The file that keeps where bodies are is not there, is damaged, or was made for other bodies. Without \
             `--frozen-bake` it is made anew; `kinora bake` makes it.",
-        bad: "",
-        good: "",
+        bad: scene!("// kinora render scene.kin --frozen-bake\nsphere ball { rigid_body { } }"),
+        good: scene!(
+            "// kinora bake scene.kin\n// kinora render scene.kin --frozen-bake\nsphere ball { rigid_body { } }"
+        ),
     },
     Row {
         code: "W0907",
         title: "bodies inside one another",
         text: "Two bodies that may not be in one place are so at the start. They are pushed apart in the first steps.",
-        bad: "",
-        good: "",
+        bad: scene!("sphere a { rigid_body { } }\nsphere b { position: (1.9, 0, 0), rigid_body { } }"),
+        good: scene!("sphere a { rigid_body { } }\nsphere b { position: (2, 0, 0), rigid_body { } }"),
     },
     Row {
         code: "W0908",
         title: "a bake from another kind of machine",
         text: "Rounding may differ between kinds of processors, and what touches grows such differences. The bake is \
             used as it is. One that is made here may show another film.",
-        bad: "",
-        good: "",
+        bad: scene!("// cache/scene.bake comes from another machine\nsphere ball { rigid_body { } }"),
+        good: scene!("// cache/scene.bake was removed, and kinora bake made it anew\nsphere ball { rigid_body { } }"),
     },
     Row {
         code: "E0909",
