@@ -30,6 +30,8 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("lens", 0),
     ("forest", 0),
     ("helmet", 0),
+    ("dominoes", 100),
+    ("pendulums", 70),
 ];
 
 const SIZE: [u32; 2] = [96, 72];
