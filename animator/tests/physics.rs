@@ -618,6 +618,20 @@ fn what_makes_a_bake_stale() {
         let again = run(&scene, &mut broken, &mut |_| Next::Step).unwrap();
         assert!(!again.kept && again.baked == made.baked && broken.bake.as_ref() == Some(&whole));
     }
+    // One from another kind of processor, and one from another solver, with their checksums right.
+    for (what, other) in [(std::env::consts::ARCH, true), ("rapier", false)] {
+        let mut bytes = whole.clone();
+        let at = bytes.windows(what.len()).position(|window| window == what.as_bytes()).unwrap();
+        bytes[at] = b'z';
+        let body = bytes.len() - 32;
+        let sum = *blake3::hash(&bytes[..body]).as_bytes();
+        bytes[body..].copy_from_slice(&sum);
+        let mut foreign = Memory { bake: Some(bytes), ..Memory::default() };
+        match bake(&scene, &mut foreign, true, &mut |_| Next::Step) {
+            Ok(found) => assert!(other && found.unwrap().other_machine.unwrap().starts_with('z')),
+            Err(error) => assert!(!other && error.to_string().contains("it was made by zapier"), "{error}"),
+        }
+    }
     for bytes in [Vec::new(), vec![0; 10], whole[..whole.len() - 100].to_vec()] {
         let mut broken = Memory { bake: Some(bytes), ..Memory::default() };
         assert!(bake(&scene, &mut broken, true, &mut |_| Next::Step).is_err());

@@ -378,7 +378,7 @@ impl<'p> Simulator<'p> {
         for index in self.plan.moving() {
             let place = self.world.bodies.get(handle(index)).map_or(DVec3::NAN, |body| double(body.translation()));
             let lost = self.world.quarantine().bodies().contains(&handle(index));
-            if lost || !(place.length() < WORLD_M) {
+            if lost || !place.is_finite() || place.length() > WORLD_M {
                 let time_s = self.more.step as f64 / self.plan.simulation.rate_hz;
                 return Err(BakeError::BlewUp { name: self.plan.name(index).to_string(), time_s });
             }
