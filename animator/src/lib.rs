@@ -21,6 +21,7 @@
 //! [`World`]: kinora_scene::World
 
 mod aim;
+mod baked;
 mod camera;
 mod ease;
 mod error;
@@ -28,6 +29,8 @@ mod form;
 mod light;
 mod material;
 mod moments;
+#[cfg(feature = "physics")]
+pub mod physics;
 mod pose;
 mod read;
 mod sample;

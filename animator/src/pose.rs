@@ -4,6 +4,7 @@ use glam::DAffine3;
 use kinora_scene::{Node, Scene};
 
 use crate::{
+    baked::Bodies,
     error::{Fault, Place, SampleError},
     read::{Now, Reader},
 };
@@ -20,10 +21,14 @@ pub(crate) struct Pose {
 /// One pose a node, in the scene's order.
 pub(crate) fn poses(scene: &Scene, now: Now) -> Vec<Pose> {
     let mut poses: Vec<Pose> = Vec::with_capacity(scene.nodes.len());
+    let mut bodies = Bodies::of(scene.physics.baked.as_deref());
     for (index, node) in scene.nodes.iter().enumerate() {
         let read = now.reader(Place::Node(index), &node.name);
         let shown = node.parent.and_then(|parent| poses.get(parent)).is_none_or(|parent| parent.shown);
-        let mut world_from_node = world_from(&poses, node, read);
+        let mut world_from_node = match bodies.world_from_node(index, now.time_s) {
+            Some(place) => Ok(place),
+            None => world_from(&poses, node, read),
+        };
         let visible = visible(node, read, &mut world_from_node);
         poses.push(Pose { world_from_node, shown: shown && !node.only_copied && visible });
     }
@@ -85,6 +90,13 @@ fn visible(node: &Node, read: Reader<'_>, pose: &mut Result<DAffine3, SampleErro
         *pose = Err(error);
         true
     })
+}
+
+/// How a node is placed in what it moves with.
+#[cfg(feature = "physics")]
+pub(crate) fn local(scene: &Scene, now: Now, index: usize) -> Result<DAffine3, SampleError> {
+    let node = &scene.nodes[index];
+    placed(DAffine3::IDENTITY, node, now.reader(Place::Node(index), &node.name))
 }
 
 fn world_from(earlier: &[Pose], node: &Node, read: Reader<'_>) -> Result<DAffine3, SampleError> {

@@ -7,10 +7,10 @@ pub const FINDINGS: u8 = 1;
 /// The program could not do its work: flags, files, device, or a fault of its own.
 pub const FAILED: u8 = 2;
 /// SIGTERM or a lost device: what is finished stays.
-#[cfg(feature = "render")]
+#[cfg(any(feature = "render", feature = "physics"))]
 pub const STOPPED: u8 = 75;
 /// Ctrl-C.
-#[cfg(feature = "render")]
+#[cfg(any(feature = "render", feature = "physics"))]
 pub const INTERRUPTED: u8 = 130;
 
 /// What a command comes back with: an exit code, or why it could not do its work, which is shown and ends in

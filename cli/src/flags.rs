@@ -152,6 +152,9 @@ mod picture {
         /// Another seed gives another noise
         #[arg(long, value_name = "N")]
         pub seed: Option<u32>,
+        /// Take where bodies are as it is kept; a bake that is not there or not right is an error
+        #[arg(long)]
+        pub frozen_bake: bool,
         /// What does the work
         #[arg(long, value_enum, default_value_t)]
         pub backend: BackendName,
@@ -211,8 +214,8 @@ mod picture {
     impl SceneFlags {
         /// What these flags and those of the picture change.
         pub fn changes_with(&self, picture: &PictureFlags) -> Changes {
-            let PictureFlags { size, samples, camera, seed, .. } = picture.clone();
-            Changes { size, samples, camera, seed, ..self.changes() }
+            let PictureFlags { size, samples, camera, seed, frozen_bake, .. } = picture.clone();
+            Changes { size, samples, camera, seed, frozen_bake, ..self.changes() }
         }
     }
 

@@ -1,5 +1,7 @@
 //! The program `kinora`: a text file to pictures and films. One file a command; the crates meet in [`session`].
 
+#[cfg(feature = "physics")]
+mod bake;
 mod commands;
 #[cfg(feature = "render")]
 mod encode;
@@ -14,7 +16,7 @@ mod paths;
 mod progress;
 mod report;
 mod session;
-#[cfg(feature = "render")]
+#[cfg(any(feature = "render", feature = "physics"))]
 mod stop;
 mod terminal;
 #[cfg(feature = "viewer")]
@@ -54,6 +56,8 @@ enum Command {
     Animate(commands::animate::Args),
     #[cfg(feature = "viewer")]
     View(view::Args),
+    #[cfg(feature = "physics")]
+    Bake(commands::bake::Args),
     Check(commands::check::Args),
     Fmt(commands::fmt::Args),
     Inspect(commands::inspect::Args),
@@ -95,6 +99,8 @@ fn run(command: Command) -> Outcome {
         Command::Animate(args) => commands::animate::run(&args),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(&args),
+        #[cfg(feature = "physics")]
+        Command::Bake(args) => commands::bake::run(&args),
         Command::Check(args) => commands::check::run(&args),
         Command::Fmt(args) => commands::fmt::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),

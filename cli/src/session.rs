@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+#[cfg(feature = "physics")]
+use kinora_animator::physics::BakeError;
 use kinora_animator::{Fault, Place, SampleError};
 use kinora_lang::diagnostic::{Diagnostic, Level, Levels, MAX_SHOWN, levels_of_project, list};
 use kinora_lang::files::{self, FileError, Files, Folder, PROJECT};
@@ -36,6 +38,8 @@ pub struct Changes {
     pub no_assets: bool,
     /// How warnings are taken, whatever the project says.
     pub levels: Levels,
+    /// Where bodies are is taken as it is kept, and never computed.
+    pub frozen_bake: bool,
 }
 
 /// What comes of loading a scene.
@@ -54,6 +58,9 @@ pub struct Loaded {
     pub dependencies: Vec<PathBuf>,
     /// How its warnings are taken. Those that are not shown are not among the diagnostics.
     pub levels: Levels,
+    /// As [`Changes::frozen_bake`].
+    #[cfg_attr(not(feature = "physics"), expect(dead_code, reason = "only a simulation is kept"))]
+    pub frozen_bake: bool,
     tree: Tree,
     path: PathBuf,
     root: PathBuf,
@@ -130,7 +137,8 @@ fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Pa
     let others = others.map(|found| root.join(&found.path));
     let dependencies = std::iter::once(root.join(&*source.name)).chain(others).collect();
     let (scene, path) = (scene.map(Arc::new), path.to_path_buf());
-    Loaded { scene, params, diagnostics, sources, dependencies, levels, tree, path, root: root.to_path_buf() }
+    let (root, frozen_bake) = (root.to_path_buf(), changes.frozen_bake);
+    Loaded { scene, params, diagnostics, sources, dependencies, levels, frozen_bake, tree, path, root }
 }
 
 /// How the project takes warnings, and what is wrong with its file, which then is one of the texts.
@@ -188,6 +196,88 @@ impl Loaded {
     ) -> Result<World, Box<Diagnostic>> {
         let scene = self.scene.as_deref().ok_or_else(|| Box::new(no_scene()))?;
         sample(scene, shutter).map_err(|error| Box::new(self.fault(&error)))
+    }
+
+    /// The project's folder.
+    #[cfg(feature = "physics")]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Where the node of this name, or of this kind, sets a property, else where it stands.
+    #[cfg(feature = "physics")]
+    pub fn node_place(&self, name: &str, property: &str) -> Option<(FileId, Span)> {
+        place_of(&self.tree.file().items, name, property).map(|span| (self.tree.source.id, span))
+    }
+
+    /// Why there is no bake, as a finding.
+    #[cfg(feature = "physics")]
+    pub fn bake_fault(&self, error: &BakeError) -> Diagnostic {
+        let message = error.to_string();
+        let (found, place) = match error {
+            BakeError::Sample(error) => return self.fault(error),
+            BakeError::Shapeless { name, .. } => {
+                let found = Diagnostic::new("E0902", message).help("write `collider: convex_hull`, or `kind: fixed`");
+                (found, self.node_place(name, ""))
+            }
+            BakeError::BlewUp { name, .. } => {
+                let help = "raise the `rate` of the `simulation`, and look for bodies that overlap at the start";
+                (Diagnostic::new("E0905", message).help(help), self.node_place(name, ""))
+            }
+            BakeError::TooLarge { .. } => {
+                let found = Diagnostic::new("E1004", message).help("lower the `rate` or the `duration`");
+                (found, self.simulation_place())
+            }
+            BakeError::Stale { .. } => {
+                (Diagnostic::new("E0906", message).help("run `kinora bake`"), self.simulation_place())
+            }
+            BakeError::Stopped => (Diagnostic::new(INTERNAL, message), None),
+        };
+        match place {
+            Some((file, span)) => found.primary(file, span, ""),
+            None => found,
+        }
+    }
+
+    /// Where the scene says how it is simulated: the file of the bake, if it does.
+    #[cfg(feature = "physics")]
+    fn simulation_place(&self) -> Option<(FileId, Span)> {
+        let node = self.tree.file().items.iter().find_map(|item| match item {
+            Item::Node(node) => node.kind.segments.last().filter(|kind| &*kind.text == "simulation").map(|_| node),
+            _ => None,
+        })?;
+        let set = node.body.iter().flat_map(|block| &block.items).find_map(|item| match item {
+            Item::Property(set) if &*set.name.text == "bake" => Some(set.span),
+            _ => None,
+        });
+        Some((self.tree.source.id, set.unwrap_or(node.kind.span)))
+    }
+
+    /// Puts bodies where they are at all times, before anything is sampled. The exit code where there is no going on.
+    ///
+    /// # Errors
+    /// The program cannot do it.
+    #[cfg(feature = "render")]
+    pub fn with_bodies(&mut self, quiet: bool, stop: &dyn Fn() -> Option<u8>) -> Result<Option<u8>, String> {
+        #[cfg(feature = "physics")]
+        match self.bake(&crate::bake::Baking { quiet, stop }) {
+            Ok(baked) => {
+                // The picture is none the worse for it.
+                if let Some(why) = baked.and_then(|baked| baked.bake.not_kept) {
+                    terminal::err(&format!("{why}: the next time bodies are computed anew\n"));
+                }
+                Ok(None)
+            }
+            Err(end) => Ok(Some(end.finish(self))),
+        }
+        #[cfg(not(feature = "physics"))]
+        {
+            let _ = (quiet, stop);
+            match self.scene.as_ref().is_some_and(|scene| scene.physics.is_dynamic()) {
+                true => Err("this program was built without `physics`, and forces move bodies of the scene".into()),
+                false => Ok(None),
+            }
+        }
     }
 
     /// The texts named as the user named the scene, and what it imports in the same way: so that an editor finds them.
@@ -260,7 +350,7 @@ impl Loaded {
     }
 
     /// Prints one more.
-    #[cfg(feature = "render")]
+    #[cfg(any(feature = "render", feature = "physics"))]
     pub fn report_one(&self, found: &Diagnostic) {
         terminal::err(&self.show(std::slice::from_ref(found)));
     }

@@ -57,7 +57,7 @@ pub fn error(message: &str) {
 }
 
 /// Whether a person is likely to watch stderr: it is a terminal, and no build server's.
-#[cfg(feature = "render")]
+#[cfg(any(feature = "render", feature = "physics"))]
 pub fn watched() -> bool {
     use std::io::IsTerminal;
     std::io::stderr().is_terminal() && std::env::var_os("CI").is_none_or(|ci| ci.is_empty() || ci == "false")

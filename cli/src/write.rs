@@ -1,4 +1,4 @@
-//! Texts into files: beside their place first, and then all at once.
+//! Files: beside their place first, and then all at once.
 
 use std::fs::Permissions;
 use std::io::Write;
@@ -15,7 +15,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), String> {
         if permissions.readonly() {
             return Err(std::io::ErrorKind::PermissionDenied.into());
         }
-        put(&path, text, Some(permissions))
+        put(&path, text.as_bytes(), Some(permissions))
     };
     write().map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
@@ -32,10 +32,19 @@ pub fn create(path: &Path, text: &str) -> Result<(), String> {
             false => std::fs::write(path, text).map_err(|error| format!("cannot write `{}`: {error}", path.display())),
         };
     }
-    put(path, text, None).map_err(|error| format!("cannot write `{}`: {error}", path.display()))
+    put(path, text.as_bytes(), None).map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
-fn put(path: &Path, text: &str, permissions: Option<Permissions>) -> std::io::Result<()> {
+/// Writes a file of the program's own, whatever is there.
+///
+/// # Errors
+/// Its folder cannot be written to.
+#[cfg(feature = "physics")]
+pub fn create_bytes(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    put(path, bytes, None).map_err(|error| format!("cannot write `{}`: {error}", path.display()))
+}
+
+fn put(path: &Path, bytes: &[u8], permissions: Option<Permissions>) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".kinora-").suffix(".tmp");
@@ -46,7 +55,7 @@ fn put(path: &Path, text: &str, permissions: Option<Permissions>) -> std::io::Re
         builder.permissions(Permissions::from_mode(0o666));
     }
     let mut beside = builder.tempfile_in(folder)?;
-    beside.write_all(text.as_bytes())?;
+    beside.write_all(bytes)?;
     if let Some(permissions) = permissions {
         beside.as_file().set_permissions(permissions)?;
     }

@@ -138,7 +138,7 @@ const SECTIONS: &[(&str, &str, &[Sort])] = &[
     ("Shapes", "Every shape has these:", &[Sort::Shape]),
     ("Groups", "Nodes that stand in a group move with it.", &[Sort::Group]),
     ("Parts", "Written inside other nodes.", &[Sort::Part]),
-    ("Physics", "Words that are known, and answered with E1101, \"not yet\".", &[Sort::Simulation, Sort::Joint]),
+    ("Physics", "See [physics.md](physics.md).", &[Sort::Simulation, Sort::Joint]),
 ];
 
 /// The properties that all of several kinds have.
@@ -152,7 +152,7 @@ fn describe(page: &mut String, kind: &'static Kind, shared: &[&'static Property]
     let not_yet = if kind.since == Since::Later { " *Not yet.*" } else { "" };
     let name = if kind.name == MIX.name { "mix(a, b, amount: ..)" } else { kind.name };
     let inside = match kind.place {
-        Place::Inside([]) => " Inside a shape.".to_string(),
+        Place::Inside([]) => " Inside a shape or a group.".to_string(),
         Place::Inside(kinds) => format!(" Inside a {}.", list(kinds.iter().copied())),
         _ => String::new(),
     };
@@ -227,7 +227,8 @@ fn type_of(property: &Property) -> String {
         Type::Points => "`list<vec3>`".into(),
         Type::Pairs => "`list<vec2>`".into(),
         Type::Indices => "`list<int>`".into(),
-        Type::Any => "".into(),
+        Type::Limits => "range of angles (hinge) or lengths (slider)".into(),
+        Type::Drive => "rad/s (hinge) or m/s (slider)".into(),
     }
 }
 
@@ -260,7 +261,7 @@ fn default_of(property: &Property) -> String {
 fn allowed(check: Check) -> String {
     match check {
         Check::Any => "".into(),
-        Check::Above0 => "above 0".into(),
+        Check::Above0 | Check::Mass => "above 0".into(),
         Check::AtLeast0 => "at least 0".into(),
         Check::Within(low, high) if high >= i64::from(i32::MAX) && low >= 0 => format!("at least {low}"),
         Check::Within(_, high) if high >= i64::from(i32::MAX) => "".into(),

@@ -36,10 +36,21 @@ pub fn scene(path: &str, params: &[(&str, &str)]) -> kinora_scene::Scene {
     let params = params.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
     let overrides = kinora_lang::Overrides { params, ..Default::default() };
     match kinora_lang::eval(&kinora_lang::parse(&loaded.source), &folder, &overrides) {
-        Ok(evaluated) if evaluated.warnings.is_empty() => evaluated.scene,
+        Ok(evaluated) if evaluated.warnings.is_empty() => baked(evaluated.scene),
         Ok(evaluated) => panic!("{name}: {:?}", evaluated.warnings),
         Err(found) => panic!("{name}: {found:?}"),
     }
+}
+
+/// The scene with its bodies where they are at all times.
+///
+/// # Panics
+/// They are nowhere.
+pub fn baked(mut scene: kinora_scene::Scene) -> kinora_scene::Scene {
+    use kinora_animator::physics::{Next, NoCache, bake};
+    let found = bake(&scene, &mut NoCache, false, &mut |_| Next::Step).unwrap_or_else(|error| panic!("{error}"));
+    scene.physics.baked = found.map(|bake| bake.baked);
+    scene
 }
 
 /// The world of a text in the scene language at time 0; its warnings are failures too.
@@ -67,8 +78,8 @@ pub fn world_at(text: &str, files: &kinora_lang::files::Memory, frame: i64) -> k
     let source = Source::new(FileId(0), "test.kin", text);
     match kinora_lang::eval(&kinora_lang::parse(&source), files, &Default::default()) {
         Ok(evaluated) if evaluated.warnings.is_empty() => {
-            let shutter = evaluated.scene.clock.shutter_of(frame);
-            kinora_animator::sample(&evaluated.scene, shutter).expect("the frame has a world")
+            let scene = baked(evaluated.scene);
+            kinora_animator::sample(&scene, scene.clock.shutter_of(frame)).expect("the frame has a world")
         }
         Ok(evaluated) => panic!("{text}\n{:?}", evaluated.warnings),
         Err(found) => panic!("{text}\n{found:?}"),

@@ -31,6 +31,8 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("forest", 0),
     ("helmet", 0),
     ("robot", 30),
+    ("dominoes", 100),
+    ("pendulums", 70),
 ];
 
 const SIZE: [u32; 2] = [96, 72];

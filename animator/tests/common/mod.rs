@@ -18,6 +18,7 @@ pub fn scene() -> Scene {
         materials: vec![Material::default_diffuse()],
         sky: None,
         lights: Vec::new(),
+        physics: kinora_scene::Physics::default(),
     }
 }
 

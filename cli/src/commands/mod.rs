@@ -2,6 +2,8 @@
 
 #[cfg(feature = "render")]
 pub mod animate;
+#[cfg(feature = "physics")]
+pub mod bake;
 pub mod check;
 pub mod explain;
 pub mod fmt;

@@ -140,8 +140,11 @@ pub fn run(args: &Args) -> Outcome {
     let stop = Stop::listen().map_err(|error| format!("cannot listen for Ctrl-C: {error}"))?;
 
     let start = Instant::now();
-    let loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
+    let mut loaded = session::load(&args.scene.file, &args.scene.changes_with(&args.picture))?;
     loaded.report();
+    if let Some(code) = loaded.with_bodies(args.output_flags.quiet, &|| stop.asked())? {
+        return Ok(code);
+    }
     let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
     let request = args.output_flags.request(scene, format)?;
     let frame = match (args.frame, args.time) {

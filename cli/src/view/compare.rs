@@ -162,6 +162,7 @@ mod tests {
             materials: vec![Material::default_diffuse()],
             sky: None,
             lights: Vec::new(),
+            physics: kinora_scene::Physics::default(),
         }
     }
 

@@ -55,9 +55,14 @@ impl Watch {
         loop {
             let start = Instant::now();
             let date = SystemTime::now() - DATE_STEP;
-            let loaded = session::load(&self.path, &self.changes);
-            if let Ok(loaded) = &loaded {
+            let mut loaded = session::load(&self.path, &self.changes);
+            if let Ok(loaded) = &mut loaded {
                 files.clone_from(&loaded.dependencies);
+                #[cfg(feature = "physics")]
+                if !loaded.bake_to_show(&stale(&files)) {
+                    change = Some(Instant::now());
+                    continue;
+                }
             }
             let took = change.unwrap_or(start).elapsed();
             if !deliver(Load { loaded, since: change, took }) {
@@ -76,6 +81,19 @@ impl Watch {
                 }
             };
         }
+    }
+}
+
+/// Whether one of the files changes from now on; looked for a few times a second.
+#[cfg(feature = "physics")]
+fn stale(files: &[PathBuf]) -> impl Fn() -> bool {
+    let (seen, looked) = (dates(files), std::cell::Cell::new(Instant::now()));
+    move || {
+        if looked.get().elapsed() < FAST_POLL {
+            return false;
+        }
+        looked.set(Instant::now());
+        dates(files) != seen
     }
 }
 

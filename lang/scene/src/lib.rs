@@ -10,6 +10,7 @@
 mod form;
 mod mesh;
 mod noise;
+mod physics;
 mod program;
 mod rate;
 mod scene;
@@ -22,6 +23,7 @@ mod world;
 pub use form::{Form, Influences, Morph, Skin, Target};
 pub use mesh::{Mesh, MeshError};
 pub use noise::{cellular_noise, gradient_noise};
+pub use physics::{Baked, BakedBody, Body, BodyKind, Collider, Joint, JointKind, Mass, Physics, Pose, Simulation};
 pub use program::{Operand, Operation, Program, STEPS, Step, Unfit, VALUES};
 pub use rate::{Animated, Rate, Still};
 pub use scene::*;

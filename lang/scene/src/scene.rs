@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Animated, Color, Form, Image, Map, Mesh, Rate, Spectrum, Track};
+use crate::{Animated, Color, Form, Image, Map, Mesh, Physics, Rate, Spectrum, Track};
 
 /// A whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,6 +29,9 @@ pub struct Scene {
     /// Suns and lamps that are no shapes of their own.
     #[serde(default)]
     pub lights: Vec<Light<Animated>>,
+    /// Rigid bodies.
+    #[serde(default)]
+    pub physics: Physics,
 }
 
 /// How the picture is made; vocabulary.md, `render`.

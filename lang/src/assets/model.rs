@@ -633,6 +633,13 @@ fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnos
             moved(target);
         }
     }
+    for body in &mut scene.physics.bodies {
+        moved(&mut body.node);
+    }
+    for joint in &mut scene.physics.joints {
+        moved(&mut joint.a);
+        moved(&mut joint.b);
+    }
     for light in &mut scene.lights {
         light.parent.iter_mut().for_each(moved);
         if let LightKind::Spot { aim: Beam::Node(target), .. } = &mut light.kind {

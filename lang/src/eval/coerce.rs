@@ -86,7 +86,6 @@ impl<'a> Machine<'a> {
         let property = site.property;
         let data = match (value, &property.ty) {
             (Value::Error, _) => return None,
-            (_, Type::Any) => return None,
             (Value::Keys(keyed), _) => self.fit_keys(keyed, site)?,
             _ => self.fit_plain(value, site, site.expr.span, true)?,
         };
@@ -217,6 +216,14 @@ impl<'a> Machine<'a> {
             (Type::Target, Value::Node(id)) => {
                 self.node_of(*id, span, "a point, a shape or a group", Sort::is_placed)?
             }
+            (Type::Limits, Value::Range(from, to)) if [from, to].into_iter().all(is_limit) => {
+                Data::Parts(vec![from.value, to.value])
+            }
+            (Type::Drive, Value::Number(number))
+                if [Dimension::SPIN, Dimension::SPEED].contains(&number.dimension) || number.is_bare_zero() =>
+            {
+                Data::Parts(vec![number.value])
+            }
             (Type::Points, Value::List(items)) => self.rows(items, 3, Dimension::LENGTH, span)?,
             (Type::Pairs, Value::List(items)) => self.rows(items, 2, Dimension::NONE, span)?,
             (Type::Indices, Value::List(items)) => {
@@ -339,7 +346,7 @@ impl<'a> Machine<'a> {
         let file = self.file();
         let code = match (&site.property.ty, value) {
             (Type::Color, _) => "E0309",
-            (Type::Count, Value::Number(_)) | (Type::Scale, Value::Number(_)) => "E0302",
+            (Type::Count | Type::Scale | Type::Drive, Value::Number(_)) => "E0302",
             _ => "E0301",
         };
         let mut diagnostic = Diagnostic::new(code, format!("expected {wanted}, found {found}"))
@@ -370,6 +377,12 @@ impl<'a> Machine<'a> {
             }
             (Type::Vec3(..) | Type::Vec2(..), Value::Number(_)) => {
                 diagnostic = diagnostic.help("vectors are written `(x, y, z)`");
+            }
+            (Type::Limits, _) => {
+                diagnostic = diagnostic.help("write `-30deg..90deg` for a hinge, `-10cm..10cm` for a slider");
+            }
+            (Type::Drive, _) => {
+                diagnostic = diagnostic.help("write `90deg/s` for a hinge, `10cm/s` for a slider");
             }
             (Type::Rotation, Value::Number(_)) => {
                 diagnostic = diagnostic.help("say about which axis: `rotate_y(90deg)`");
@@ -721,6 +734,15 @@ impl<'a> Machine<'a> {
                 let index = find(&|v| v < 0.0)?;
                 row("E0401", format!("{name} must be at least 0"), index, "")
             }
+            Check::Mass => {
+                let index = find(&|v| v <= 0.0)?;
+                row(
+                    "E0901",
+                    format!("{name} must be greater than 0"),
+                    index,
+                    "write `kind: fixed` for immovable things",
+                )
+            }
             Check::Within(low, high) => {
                 let index = find(&|v| v < low as f64 || v > high as f64)?;
                 row("E0401", format!("{name} must be within {low}..{high}"), index, "")
@@ -789,6 +811,11 @@ impl<'a> Machine<'a> {
             Check::Direction => None,
         }
     }
+}
+
+/// Whether a number may bound a way or an angle; lengths need no unit.
+fn is_limit(number: &Number) -> bool {
+    [Dimension::ANGLE, Dimension::LENGTH, Dimension::NONE].contains(&number.dimension)
 }
 
 /// E0301 for a word that a property does not take.

@@ -920,7 +920,7 @@ impl<'a> Resolver<'a> {
             }
             (Place::Inside(kinds), Where::Node(parent)) => {
                 let fits = match kinds {
-                    [] => parent.sort == Sort::Shape,
+                    [] => parent.sort.is_placed(),
                     kinds => kinds.contains(&parent.name),
                 };
                 if !fits {
@@ -932,7 +932,8 @@ impl<'a> Resolver<'a> {
     }
 
     fn outside(&mut self, kind: &Kind, kinds: &[&str], name: &Name) {
-        let wanted = if kinds.is_empty() { "a shape".into() } else { crate::suggest::any_of(kinds.iter().copied()) };
+        let wanted =
+            if kinds.is_empty() { "a shape or a group".into() } else { crate::suggest::any_of(kinds.iter().copied()) };
         self.misplaced(format!("`{}` must be inside {wanted}", kind.name), name.span, "not here", "");
     }
 

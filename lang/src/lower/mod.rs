@@ -4,6 +4,7 @@ mod camera;
 mod light;
 mod material;
 mod model;
+mod physics;
 mod place;
 mod read;
 mod render;
@@ -58,6 +59,8 @@ struct Found {
     skies: Vec<NodeId>,
     /// Suns and lamps with what they are written in.
     lights: Vec<(NodeId, Option<usize>)>,
+    simulations: Vec<NodeId>,
+    joints: Vec<NodeId>,
     /// Shapes, groups and named prefabs with what they are written in.
     placed: Vec<(NodeId, Option<usize>)>,
     /// The instances among them.
@@ -150,6 +153,8 @@ fn gather(machine: &Machine<'_>, id: NodeId, parent: Option<usize>, depth: u32, 
             Sort::Camera => found.cameras.push((id, parent)),
             Sort::Sky => found.skies.push(id),
             Sort::Light => found.lights.push((id, parent)),
+            Sort::Simulation => found.simulations.push(id),
+            Sort::Joint => found.joints.push(id),
             Sort::Shape | Sort::Group => {
                 inner = Some(found.placed.len());
                 found.placed.push((id, parent));
@@ -213,6 +218,7 @@ impl<'a> Lower<'_, 'a> {
         };
         let sky = self.found.skies.first().and_then(|id| self.machine.done(*id)).map(|node| self.sky(&node));
         let lights = self.lights();
+        let physics = self.physics(&nodes, &clock);
         let wanted = camera.filter(|_| !self.models.is_empty()).map(String::from);
         let camera = self.which_camera(camera);
         let scene = Scene {
@@ -225,6 +231,7 @@ impl<'a> Lower<'_, 'a> {
             materials: std::mem::take(&mut self.materials),
             sky,
             lights,
+            physics,
         };
         let shining = shining(&scene.materials);
         self.judge_space(&scene, &shining);

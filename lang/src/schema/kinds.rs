@@ -100,9 +100,10 @@ pub static KINDS: &[Kind] = &[
     kind("model", Sort::Shape, &[MODEL, SHAPE], "the whole scene of a file, with its materials, lights and cameras"),
     kind("group", Sort::Group, &[PLACING], "nodes that share a transform"),
     kind("instance", Sort::Shape, &[INSTANCE, SHAPE], "one more copy of a shape, with its geometry shared"),
-    kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one").later(),
-    kind("rigid_body", Sort::Part, &[RIGID_BODY], "makes its shape a body of the simulation").later().inside(&[]),
-    kind("joint", Sort::Joint, &[JOINT], "holds two bodies together").later(),
+    kind("simulation", Sort::Simulation, &[SIMULATION], "rigid bodies over time; at most one"),
+    kind("rigid_body", Sort::Part, &[RIGID_BODY], "makes its shape, or all of its group, a body of the simulation")
+        .inside(&[]),
+    kind("joint", Sort::Joint, &[JOINT], "holds two bodies together"),
     kind("cloth", Sort::Part, &[CLOTH], "makes its shape a cloth").later().inside(&["quad", "mesh"]),
     kind("override", Sort::Part, &[OVERRIDE], "replaces a material of a model").inside(&["model"]),
     kind("denoise", Sort::Part, &[], "reserved").later().inside(&["render"]),
@@ -421,9 +422,10 @@ const INSTANCE: &[Property] = &[row("of", Type::Placed, Default::Needed, "what i
 
 const SIMULATION: &[Property] = &[
     row("gravity", Type::Vec3(Dimension::ACCELERATION, Refused), Default::Three([0.0, -9.81, 0.0]), "pulls all bodies"),
-    row("rate", si(Dimension::RATE, Refused), Default::Number(240.0), "steps a second"),
-    row("duration", TIME, Default::Computed, "how long it runs"),
-    row("bake", Type::Text, Default::Computed, "where the result is kept"),
+    row("rate", si(Dimension::RATE, Refused), Default::Number(240.0), "steps a second").check(Check::Above0),
+    row("duration", TIME, Default::Computed, "how long it runs; the duration of `render` where it is not set")
+        .check(Check::AtLeast0),
+    row("bake", Type::Text, Default::Computed, "where the result is kept: \"cache/NAME.bake\" where it is not set"),
 ];
 
 const RIGID_BODY: &[Property] = &[
@@ -431,16 +433,17 @@ const RIGID_BODY: &[Property] = &[
         "kind",
         Type::Choice(&[now("dynamic"), now("fixed"), now("kinematic")]),
         Default::Word("dynamic"),
-        "what moves it",
+        "what moves it: forces, nothing, or the keys of its shape",
     ),
-    row("density", si(Dimension::DENSITY, Refused), Default::Number(1000.0), "mass per volume"),
-    row("mass", si(Dimension::MASS, Refused), Default::Computed, "instead of `density`"),
-    row("friction", NUMBER, Default::Number(0.5), "of its surface"),
-    row("restitution", NUMBER, ZERO, "how much it bounces"),
-    row("velocity", Type::Vec3(Dimension::SPEED, Refused), ZERO, "at the start"),
-    row("angular_velocity", Type::Vec3(Dimension::SPIN, Refused), ZERO, "at the start"),
-    row("linear_damping", NUMBER, ZERO, "slows it down"),
-    row("angular_damping", NUMBER, ZERO, "slows its turning"),
+    row("density", si(Dimension::DENSITY, Refused), Default::Number(1000.0), "mass per volume").check(Check::Mass),
+    row("mass", si(Dimension::MASS, Refused), Default::Computed, "instead of `density`").check(Check::Mass),
+    row("friction", NUMBER, Default::Number(0.5), "of its surface; a contact has the mean of two bodies")
+        .check(Check::AtLeast0),
+    row("restitution", NUMBER, ZERO, "how much it bounces; a contact has the mean of two bodies").check(Check::Ratio),
+    row("velocity", Type::Vec3(Dimension::SPEED, Refused), ZERO, "at the start, in the world"),
+    row("angular_velocity", Type::Vec3(Dimension::SPIN, Refused), ZERO, "at the start, about each axis of the world"),
+    row("linear_damping", NUMBER, ZERO, "its velocity falls by exp(-damping * t)").check(Check::AtLeast0),
+    row("angular_damping", NUMBER, ZERO, "its turning falls by exp(-damping * t)").check(Check::AtLeast0),
     row(
         "collider",
         Type::Choice(&[
@@ -455,8 +458,8 @@ const RIGID_BODY: &[Property] = &[
         Default::Word("auto"),
         "the shape it collides with",
     ),
-    row("impulse", Type::Vec3(Dimension::IMPULSE, Refused), ZERO, "a push at the centre of mass"),
-    row("impulse_at", TIME, ZERO, "when it is pushed"),
+    row("impulse", Type::Vec3(Dimension::IMPULSE, Refused), ZERO, "a push at the centre of mass, in the world"),
+    row("impulse_at", TIME, ZERO, "when it is pushed").check(Check::AtLeast0),
 ];
 
 const JOINT: &[Property] = &[
@@ -468,13 +471,20 @@ const JOINT: &[Property] = &[
     ),
     row("a", Type::Placed, Default::Needed, "one body"),
     row("b", Type::Placed, Default::Needed, "the other body"),
-    row("anchor", POINT, Default::Computed, "where they meet, in the world at 0s"),
-    row("axis", VECTOR, Default::Computed, "what they turn about or slide along"),
-    row("limits", Type::Any, Default::Computed, "how far they may move"),
-    row("motor_velocity", Type::Any, Default::Computed, "what drives them"),
-    row("length", LENGTH, Default::Computed, "at rest"),
-    row("stiffness", si(Dimension::STIFFNESS, Refused), Default::Computed, "of a spring"),
-    row("damping", si(Dimension::DAMPING, Refused), Default::Computed, "of a spring"),
+    row(
+        "anchor",
+        POINT,
+        Default::Computed,
+        "where they meet, in the world at 0s; the origin of `a` where it is not set",
+    ),
+    row("axis", VECTOR, Default::Computed, "what a hinge turns about and a slider slides along, in the world at 0s")
+        .check(Check::Direction),
+    row("limits", Type::Limits, Default::Computed, "how far `b` may turn or slide from where it is at 0s"),
+    row("motor_velocity", Type::Drive, Default::Computed, "drives `b`, whatever it takes"),
+    row("length", LENGTH, Default::Computed, "of a spring at rest; as it is at 0s where it is not set")
+        .check(Check::AtLeast0),
+    row("stiffness", si(Dimension::STIFFNESS, Refused), Default::Computed, "of a spring").check(Check::AtLeast0),
+    row("damping", si(Dimension::DAMPING, Refused), ZERO, "of a spring").check(Check::AtLeast0),
 ];
 
 const CLOTH: &[Property] = &[

@@ -85,7 +85,7 @@ pub enum Place {
     Top,
     /// At the top level, in groups, prefabs and loops.
     Scene,
-    /// Only inside nodes of these kinds; an empty list stands for every shape.
+    /// Only inside nodes of these kinds; an empty list stands for every shape and for groups.
     Inside(&'static [&'static str]),
 }
 
@@ -171,8 +171,10 @@ pub enum Type {
     Pairs,
     /// A list of whole numbers.
     Indices,
-    /// What is not looked at yet.
-    Any,
+    /// A range of angles or lengths; which of the two, another property says.
+    Limits,
+    /// An angular speed or a speed; which of the two, another property says.
+    Drive,
 }
 
 /// Whether a number without a unit is taken as SI.
@@ -225,6 +227,8 @@ pub enum Check {
     AtLeast0,
     /// Whole numbers within: E0401.
     Within(i64, i64),
+    /// Above 0: E0901.
+    Mass,
     /// 0..1: E0407.
     Ratio,
     /// Every channel within 0..1: E0407 above, E0401 below.
@@ -297,7 +301,8 @@ impl Type {
             Type::Points => "a list of points".into(),
             Type::Pairs => "a list of pairs".into(),
             Type::Indices => "a list of whole numbers".into(),
-            Type::Any => "a value".into(),
+            Type::Limits => "a range of angles or lengths".into(),
+            Type::Drive => "an angular speed or a speed".into(),
         }
     }
 }
@@ -318,7 +323,7 @@ mod tests {
                 let fits = match (property.default, property.ty) {
                     (Default::Computed | Default::Needed, _) => true,
                     (Default::Number(_), Type::Number(..) | Type::Count | Type::Color | Type::Scale) => true,
-                    (Default::Number(_), Type::Vec3(..) | Type::Vec2(..) | Type::Target | Type::Any) => true,
+                    (Default::Number(_), Type::Vec3(..) | Type::Vec2(..) | Type::Target) => true,
                     (Default::Three(_), Type::Vec3(..) | Type::Target) => true,
                     (Default::Two(_), Type::Vec2(..) | Type::Counts) => true,
                     (Default::Bool(_), Type::Bool) => true,
