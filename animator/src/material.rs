@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
 use kinora_scene::{
-    Animated, Bsdf, Emission, Look, Map, Material, Paint, Reflectance, Shape, Sky, SkyLight, Still, Texture,
+    Animated, Bsdf, Emission, ImageTexture, Look, Map, Material, Paint, Reflectance, Shape, Sky, SkyLight, Still, Tape,
+    Texture,
 };
 
 use crate::{
@@ -93,23 +95,45 @@ pub(crate) fn material(
         opacity: read.number("opacity", &material.opacity, Range::ZeroToOne)?,
         cutoff: material.cutoff.map(|cutoff| read.check("opacity", cutoff, Range::FromZero)).transpose()?,
         emission: read.color("emission", &material.emission.into(), Range::FromZero)?,
-        maps: material.maps.iter().map(|map| Map { slot: map.slot, texture: texture(read, &map.texture) }).collect(),
+        maps: material
+            .maps
+            .iter()
+            .map(|map| Ok(Map { slot: map.slot, texture: texture(read, &map.texture)? }))
+            .collect::<Result<_, SampleError>>()?,
         bsdf,
     })
 }
 
 /// The same one where it does not move, so that what is shared stays so.
-fn texture(read: Reader<'_>, moving: &Arc<Texture>) -> Arc<Texture> {
+fn texture(read: Reader<'_>, moving: &Arc<Texture>) -> Result<Arc<Texture>, SampleError> {
     let paint = |paint: &Paint| match paint {
-        Paint::Texture(inside) => Paint::Texture(texture(read, inside)),
-        color => color.clone(),
+        Paint::Texture(inside) => texture(read, inside).map(Paint::Texture),
+        color => Ok(color.clone()),
     };
-    match &**moving {
+    Ok(match &**moving {
         Texture::Tape(tape) if tape.moves() => Arc::new(Texture::Tape(read.still(tape))),
         Texture::Checker { a, b, scale, uv_set } if moving.moves() => {
-            Arc::new(Texture::Checker { a: paint(a), b: paint(b), scale: *scale, uv_set: *uv_set })
+            Arc::new(Texture::Checker { a: paint(a)?, b: paint(b)?, scale: *scale, uv_set: *uv_set })
         }
+        Texture::Image(image) => match &image.moving {
+            Some(tape) => Arc::new(Texture::Image(moved(read, image, tape)?)),
+            None => moving.clone(),
+        },
         _ => moving.clone(),
+    })
+}
+
+/// A picture where its tape places it.
+fn moved(read: Reader<'_>, image: &ImageTexture, tape: &Tape) -> Result<ImageTexture, SampleError> {
+    match read.run(tape).as_slice() {
+        &[su, sv, ou, ov, rotation] if [su, sv, ou, ov, rotation].iter().all(|x| x.is_finite()) => Ok(ImageTexture {
+            scale: DVec2::new(su, sv).as_vec2(),
+            offset: DVec2::new(ou, ov).as_vec2(),
+            rotation,
+            moving: None,
+            ..image.clone()
+        }),
+        _ => Err(read.error("offset", Fault::NotFinite)),
     }
 }
 

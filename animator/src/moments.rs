@@ -212,7 +212,7 @@ mod tests {
         ] {
             let got = count(way_px, samples, weight);
             assert_eq!(got, expected, "{way_px} px, {samples} samples, weight {weight}");
-            assert!(samples % got == 0 || got % samples == 0);
+            assert!(u32::is_multiple_of(samples, got) || got.is_multiple_of(samples));
         }
     }
 }

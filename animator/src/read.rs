@@ -84,6 +84,11 @@ impl Reader<'_> {
         tape::still(tape, self.now.time_s, self.now.fps)
     }
 
+    /// The outputs of a tape at the time.
+    pub fn run(self, tape: &Tape) -> Vec<f64> {
+        tape::run(tape, self.now.time_s, self.now.fps)
+    }
+
     fn value<T: Blend>(self, track: &Track<T>) -> T {
         value(track, self.now.time_s, self.now.fps)
     }

@@ -288,3 +288,28 @@ fn everything_that_may_move_does() {
     };
     assert_eq!((radius(&early), radius(&late)), (1.25, 1.75));
 }
+
+#[test]
+fn pictures_slide_turn_and_grow() {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
+    let files = kinora_lang::files::Memory::new([("a.png", png.as_slice())]);
+    let text = "lang 1
+        render { fps: 1000 }
+        camera { position: (0, 0, 9) }
+        sky { color: #fff }
+        let slide = image(\"a.png\", offset: (time / 2s, 0), rotation: keys { 0s: 0deg  1s: 90deg }, scale: 1 + time / 1s)
+        sphere { material: diffuse { color: slide } }";
+    for ms in [0, 500, 1000] {
+        let world = world_at(text, &files, ms);
+        let map = &world.materials[world.instances[0].material].maps[0];
+        let kinora_scene::Texture::Image(image) = &*map.texture else { panic!("{map:?}") };
+        let t = ms as f32 / 1000.0;
+        assert_eq!(image.offset, glam::Vec2::new(t / 2.0, 0.0));
+        assert_eq!(image.scale, glam::Vec2::splat(1.0 + t));
+        assert!((image.rotation - f64::from(t) * std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert!(image.moving.is_none());
+    }
+}

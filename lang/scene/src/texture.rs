@@ -105,6 +105,9 @@ pub struct ImageTexture {
     pub channel: Channel,
     /// Which coordinates of a mesh.
     pub uv_set: UvSet,
+    /// Where scale, offset and rotation change over time, the five numbers, in this order. Not in a world.
+    #[serde(default)]
+    pub moving: Option<Arc<Tape>>,
 }
 
 impl Texture {
@@ -113,6 +116,7 @@ impl Texture {
         let inside = |paint: &Paint| matches!(paint, Paint::Texture(inside) if inside.moves());
         match self {
             Texture::Tape(tape) => tape.moves(),
+            Texture::Image(image) => image.moving.is_some(),
             Texture::Checker { a, b, .. } => inside(a) || inside(b),
             _ => false,
         }
@@ -132,6 +136,7 @@ impl ImageTexture {
             rotation: 0.0,
             channel: Channel::Color,
             uv_set: UvSet::First,
+            moving: None,
         }
     }
 }

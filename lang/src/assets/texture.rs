@@ -135,6 +135,7 @@ fn reading(picture: &said::Picture, image: Arc<Image>, space: ColorSpace, channe
         scale: DVec2::from_array(picture.scale).as_vec2(),
         offset: DVec2::from_array(picture.offset).as_vec2(),
         rotation: picture.rotation,
+        moving: picture.moving.clone(),
         channel,
         ..ImageTexture::new(image, space)
     })

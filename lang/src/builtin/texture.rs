@@ -58,6 +58,8 @@ pub struct Picture {
     pub rotation: f64,
     /// `channel`, if set.
     pub channel: Option<Channel>,
+    /// Where the numbers above change over time: scale, offset and rotation.
+    pub moving: Option<Arc<Tape>>,
 }
 
 /// What a square of a checker is filled with, and the place that says so.
@@ -124,9 +126,9 @@ impl Call<'_> {
         }
     }
 
-    /// A constant of these components, or one number for all of them; `default` if it is not given.
-    fn pair(&mut self, index: usize, default: f64) -> Option<[f64; 2]> {
-        let Some(value) = self.value(index) else { return Some([default; 2]) };
+    /// These components, or one number for all of them; `default` if it is not given.
+    fn pair(&mut self, index: usize, default: f64) -> Option<[Scalar; 2]> {
+        let Some(value) = self.value(index) else { return Some([Scalar::Const(default); 2]) };
         let parts: Vec<Scalar> = match &value {
             Value::Number(number) if number.dimension.is_none() => vec![number.value; 2],
             _ => match value.numbers() {
@@ -139,13 +141,31 @@ impl Call<'_> {
                 }
             },
         };
-        match (parts.first()?.constant(), parts.get(1)?.constant()) {
-            (Some(x), Some(y)) => self.finite_pair(index, [x, y]),
+        <[Scalar; 2]>::try_from(parts).ok()
+    }
+
+    /// A pair that stands still.
+    fn still_pair(&mut self, index: usize, default: f64) -> Option<[f64; 2]> {
+        match self.pair(index, default)?.map(Scalar::constant) {
+            [Some(x), Some(y)] => self.finite_pair(index, [x, y]),
             _ => {
                 self.later(self.place(index));
                 None
             }
         }
+    }
+
+    /// The numbers, if they stand still; 0 where they move, which is said at once where they do from point to point.
+    fn known<const N: usize>(&mut self, index: usize, parts: [Scalar; N]) -> Option<[f64; N]> {
+        if !self.graph.points(&parts).is_none() {
+            self.later(self.place(index));
+            return None;
+        }
+        let known = parts.map(|part| part.constant().unwrap_or(0.0));
+        for pair in known.chunks(2) {
+            self.finite_pair(index, [pair[0], pair[pair.len() - 1]])?;
+        }
+        Some(known)
     }
 
     fn finite_pair(&mut self, index: usize, pair: [f64; 2]) -> Option<[f64; 2]> {
@@ -190,23 +210,22 @@ impl Call<'_> {
             Some("clamp") => Wrap::Clamp,
             _ => Wrap::Repeat,
         };
-        let scale = self.pair(first + 1, 1.0)?;
-        let offset = self.pair(first + 2, 0.0)?;
-        let rotation = match self.value(first + 3) {
-            None => 0.0,
-            Some(_) => match self.true_angle(first + 3)?.constant() {
-                Some(angle) => self.finite_pair(first + 3, [angle; 2])?[0],
-                None => {
-                    self.later(self.place(first + 3));
-                    return None;
-                }
-            },
+        let scales = self.pair(first + 1, 1.0)?;
+        let offsets = self.pair(first + 2, 0.0)?;
+        let turn = match self.value(first + 3) {
+            None => Scalar::Const(0.0),
+            Some(_) => self.true_angle(first + 3)?,
         };
+        let (scale, offset) = (self.known(first + 1, scales)?, self.known(first + 2, offsets)?);
+        let [rotation] = self.known(first + 3, [turn])?;
+        let all = [scales[0], scales[1], offsets[0], offsets[1], turn];
+        let moves = all.iter().any(|part| part.constant().is_none());
+        let moving = moves.then(|| Arc::new(self.graph.tape(&all)));
         let filter = match self.word(first + 4)? {
             Some("nearest") => TexelFilter::Nearest,
             _ => TexelFilter::Linear,
         };
-        Some(Picture { file, span, space: None, wrap, filter, scale, offset, rotation, channel: None })
+        Some(Picture { file, span, space: None, wrap, filter, scale, offset, rotation, channel: None, moving })
     }
 }
 
@@ -240,7 +259,7 @@ pub(super) fn normal_map(call: &mut Call<'_>) -> Value {
 }
 
 pub(super) fn checker(call: &mut Call<'_>) -> Value {
-    let scale = try_arg!(call.pair(2, 1.0));
+    let scale = try_arg!(call.still_pair(2, 1.0));
     let mut squares = Vec::with_capacity(2);
     for index in 0..2 {
         let (value, span) = (try_arg!(call.value(index)), call.place(index));

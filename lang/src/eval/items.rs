@@ -633,6 +633,11 @@ impl<'a> Machine<'a> {
         self.end.flatten()
     }
 
+    /// The part of a frame during which the shutter is open, 0..=1.
+    pub fn shutter(&mut self) -> f64 {
+        self.clock("shutter", Dimension::ANGLE).map_or(0.0, |(angle, _)| angle / std::f64::consts::TAU)
+    }
+
     /// The value as a declared type takes it; an error where it does not.
     pub fn convert(&mut self, value: Value, ty: &'a ast::Type, span: Span) -> Value {
         let names: Vec<&str> = ty.names.iter().map(|name| &*name.text).collect();

@@ -207,12 +207,16 @@ impl<'a> Machine<'a> {
         let fps = self.frames_per_second().unwrap_or(24.0);
         let (end, place) = self.duration().map_or((0.0, None), |(end, place)| (end, Some(place)));
         let frames = ((end * fps * 1e6).round() / 1e6).ceil().max(1.0);
-        let last_frame = (frames - 1.0) / fps;
+        // What is seen of the last frame ends when the shutter closes.
+        let last_frame = (frames - 1.0 + self.shutter()) / fps;
         let (message, span, label) = if first.time_s > 1e-9 {
             (format!("keys begin at {}s, after the first frame", short(first.time_s)), first.span, "the first key")
         } else if last.time_s < last_frame - 1e-9 {
-            let message =
-                format!("keys end at {}s, before the last frame ({}s)", short(last.time_s), short(last_frame));
+            let message = format!(
+                "keys end at {}s, before the end of the last frame ({}s)",
+                short(last.time_s),
+                short(last_frame)
+            );
             (message, last.span, "the last key")
         } else {
             return;
