@@ -20,8 +20,8 @@ use super::spring::{self, Spring};
 /// Solver iterations a step; each is a smaller step of its own.
 const ITERATIONS: usize = 8;
 
-/// What bodies at joints have besides: chains swing longer that way.
-const MORE_ITERATIONS: usize = 8;
+/// What bodies at joints have besides: chains give way less, and swing longer.
+const MORE_ITERATIONS: usize = 24;
 
 /// How far contacts are looked for ahead, besides, by the size of things.
 const AHEAD: f32 = 0.04;
@@ -88,6 +88,7 @@ impl<'p> Simulator<'p> {
         world.gravity = single(plan.simulation.gravity);
         let settings = &mut world.integration_parameters;
         settings.num_solver_iterations = ITERATIONS;
+        settings.warmstart_joints = true;
         settings.normalized_prediction_distance = AHEAD;
         settings.normalized_max_linear_velocity = f32::MAX;
         for (index, planned) in plan.bodies.iter().enumerate() {
