@@ -85,7 +85,7 @@ pub fn plan(scene: &Scene) -> Result<Option<Plan<'_>>, BakeError> {
     let places = bodies.iter().filter(|planned| dynamic(planned.body)).map(|planned| planned.position);
     let (low, high) = places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     let origin = (0.5 * (low + high)).round();
-    let find = |node: usize| bodies.iter().position(|planned| planned.body.node == node);
+    let find = |node: usize| bodies.binary_search_by_key(&node, |planned| planned.body.node).ok();
     let mut joints = Vec::with_capacity(physics.joints.len());
     for joint in &physics.joints {
         let (Some(a), Some(b)) = (find(joint.a), find(joint.b)) else { continue };

@@ -1,6 +1,7 @@
 //! The simulation itself: bodies, joints and time steps, by rapier. What it leaves inexact is put right after each step:
 //! flight in [`super::flight`], bounces in [`super::bounce`], soft springs in [`super::spring`].
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
@@ -19,8 +20,8 @@ use super::spring::{self, Spring};
 /// Solver iterations a step; each is a smaller step of its own.
 const ITERATIONS: usize = 8;
 
-/// What bodies at joints have besides: chains swing longer that way.
-const MORE_ITERATIONS: usize = 8;
+/// What bodies at joints have besides: chains give way less, and swing longer.
+const MORE_ITERATIONS: usize = 24;
 
 /// How far contacts are looked for ahead, besides, by the size of things.
 const AHEAD: f32 = 0.04;
@@ -44,6 +45,8 @@ pub struct Simulator<'p> {
     world: PhysicsWorld,
     /// Which bodies are held by joints of the solver.
     jointed: Vec<bool>,
+    /// And which by joints or springs.
+    sprung: Vec<bool>,
     /// Whether a joint has an end that is run against.
     limited: bool,
     /// Of each body before a step, if it is free to move.
@@ -85,6 +88,7 @@ impl<'p> Simulator<'p> {
         world.gravity = single(plan.simulation.gravity);
         let settings = &mut world.integration_parameters;
         settings.num_solver_iterations = ITERATIONS;
+        settings.warmstart_joints = true;
         settings.normalized_prediction_distance = AHEAD;
         settings.normalized_max_linear_velocity = f32::MAX;
         for (index, planned) in plan.bodies.iter().enumerate() {
@@ -97,12 +101,12 @@ impl<'p> Simulator<'p> {
     }
 
     fn over(plan: &'p Plan<'p>, world: PhysicsWorld, more: More) -> Self {
-        let jointed = held(plan);
+        let [jointed, sprung] = [false, true].map(|springs| held(plan, springs));
         let limited = plan.joints.iter().any(|joint| {
             matches!(joint.kind, JointKind::Hinge { limits: Some(_), .. } | JointKind::Slider { limits: Some(_), .. })
         });
         let before = vec![None; plan.bodies.len()];
-        Self { plan, world, jointed, limited, before, more }
+        Self { plan, world, jointed, sprung, limited, before, more }
     }
 
     fn insert(&mut self, index: usize, planned: &Planned<'_>) -> Result<(), BakeError> {
@@ -112,10 +116,9 @@ impl<'p> Simulator<'p> {
             BodyKind::Fixed => RigidBodyBuilder::fixed(),
             BodyKind::Kinematic => RigidBodyBuilder::kinematic_position_based(),
         };
-        let sprung = plan.joints.iter().any(|joint| [joint.a, joint.b].contains(&index));
         // Without gravity, what is slow is not at rest.
-        let may_rest = !sprung && plan.simulation.gravity != DVec3::ZERO;
-        let more = if self.jointed.get(index) == Some(&true) { MORE_ITERATIONS } else { 0 };
+        let may_rest = !self.sprung[index] && plan.simulation.gravity != DVec3::ZERO;
+        let more = if self.jointed[index] { MORE_ITERATIONS } else { 0 };
         let rigid = builder
             .pose(pose(planned.position - plan.origin, planned.rotation))
             .linvel(single(body.velocity))
@@ -248,26 +251,20 @@ impl<'p> Simulator<'p> {
     /// Bodies that are inside one another at the start, each pair once with how deep in metres.
     pub fn overlaps(&mut self) -> Vec<([usize; 2], f64)> {
         self.world.detect_collisions(&(), &());
-        let mut found: Vec<([usize; 2], f64)> = Vec::new();
+        let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for pair in self.world.narrow_phase.contact_pairs() {
             let body = |collider| self.world.colliders.get(collider).and_then(body_of);
             let (Some(a), Some(b)) = (body(pair.collider1), body(pair.collider2)) else { continue };
             let points = pair.manifolds().iter().flat_map(|manifold| &manifold.points);
             let depth = points.map(|point| -f64::from(point.dist)).fold(0.0, f64::max);
-            let pair = [a.min(b), a.max(b)];
-            match found.iter_mut().find(|(known, _)| *known == pair) {
-                Some((_, known)) => *known = known.max(depth),
-                None if depth > 0.0 => found.push((pair, depth)),
-                None => {}
-            }
+            let known = found.entry([a.min(b), a.max(b)]).or_insert(0.0);
+            *known = known.max(depth);
         }
-        found.retain(|([a, b], depth)| {
-            let joined =
-                self.plan.joints.iter().any(|joint| [joint.a, joint.b] == [*a, *b] || [joint.b, joint.a] == [*a, *b]);
-            *depth > 1e-3 * self.size(*a).min(self.size(*b)).min(1.0) && !joined
-        });
-        found.sort_by_key(|(pair, _)| *pair);
-        found
+        for joint in &self.plan.joints {
+            found.remove(&[joint.a.min(joint.b), joint.a.max(joint.b)]);
+        }
+        let deep = |[a, b]: [usize; 2], depth: f64| depth > 1e-3 * self.size(a).min(self.size(b)).min(1.0);
+        found.into_iter().filter(|(pair, depth)| deep(*pair, *depth)).collect()
     }
 
     /// Half the extent of a body, in metres.
@@ -387,10 +384,10 @@ impl<'p> Simulator<'p> {
     }
 }
 
-/// Which bodies are held by joints other than springs.
-fn held(plan: &Plan<'_>) -> Vec<bool> {
+/// Which bodies are held by joints, with springs or without.
+fn held(plan: &Plan<'_>, springs: bool) -> Vec<bool> {
     let mut held = vec![false; plan.bodies.len()];
-    for joint in plan.joints.iter().filter(|joint| !matches!(joint.kind, JointKind::Spring { .. })) {
+    for joint in plan.joints.iter().filter(|joint| springs || !matches!(joint.kind, JointKind::Spring { .. })) {
         held[joint.a] = true;
         held[joint.b] = true;
     }

@@ -7,7 +7,7 @@ use kinora_lang::assets::gltf::{self, LampKind, Model, Projection};
 use kinora_lang::assets::read_mesh;
 use kinora_lang::dimension::short;
 use kinora_lang::files::Files;
-use kinora_scene::{Animated, Bsdf, Emission, LightKind, Material, Mesh, Scene, Shape};
+use kinora_scene::{Animated, BodyKind, Bsdf, Emission, JointKind, LightKind, Material, Mesh, Scene, Shape};
 
 use crate::exit::{self, Outcome};
 use crate::flags::SceneFlags;
@@ -165,7 +165,7 @@ fn overview(scene: &Scene) -> String {
         LightKind::Spot { .. } => "spot_light",
     }));
     let frames = scene.clock.frame_count();
-    let rows = [
+    let mut rows = vec![
         ("picture", format!("{width} × {height}, {} samples", scene.render.samples)),
         ("cameras", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }),
         ("shapes", format!("{}{}", shapes().count(), kinds(shapes().map(|(_, shape)| kind(shape))))),
@@ -182,7 +182,28 @@ fn overview(scene: &Scene) -> String {
             ),
         ),
     ];
-    rows.into_iter().map(|(name, value)| format!("{name:<10}{value}\n")).collect()
+    let physics = &scene.physics;
+    if !physics.bodies.is_empty() {
+        let moved = kinds(physics.bodies.iter().map(|body| match body.kind {
+            BodyKind::Dynamic => "dynamic",
+            BodyKind::Fixed => "fixed",
+            BodyKind::Kinematic => "kinematic",
+        }));
+        rows.push(("bodies", format!("{}{moved}", physics.bodies.len())));
+        let joints = kinds(physics.joints.iter().map(|joint| match joint.kind {
+            JointKind::Fixed => "fixed",
+            JointKind::Ball => "ball",
+            JointKind::Hinge { .. } => "hinge",
+            JointKind::Slider { .. } => "slider",
+            JointKind::Spring { .. } => "spring",
+        }));
+        rows.push(("joints", format!("{}{joints}", physics.joints.len())));
+        let simulation = &physics.simulation;
+        let (steps, rate) = (simulation.step_count(), simulation.rate_hz);
+        rows.push(("simulation", format!("{steps} steps at {rate} a second, kept in {}", simulation.bake)));
+    }
+    let width = rows.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0).max(10);
+    rows.into_iter().map(|(name, value)| format!("{name:<width$}{value}\n")).collect()
 }
 
 // ": 2 box, 1 sphere", in the order of their first use.
