@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
-use kinora_scene::{Projection, Scene, Shape, Shutter, Still, View, World};
+use kinora_scene::{Projection, Scene, Shape, Shutter, Sky, SkyLight, Still, View, World};
 
 use crate::error::SampleError;
 
@@ -35,9 +35,29 @@ pub(crate) fn moments(
     let probes = PROBES.into_iter().map(at).collect::<Result<Vec<World>, _>>()?;
     let (Some(first), Some(way_px)) = (probes.first(), way_px(&probes)) else { return Ok(Arc::default()) };
     let count = count(way_px, scene.render.samples, weight(first));
+    let held = probes.last().and_then(|last| held_sky(first, last));
     drop(probes);
-    let middles = (0..count).map(|k| at((f64::from(k) + 0.5) / f64::from(count)));
+    let middles = (0..count).map(|k| {
+        let world = at((f64::from(k) + 0.5) / f64::from(count))?;
+        Ok(World { sky: held.clone().or_else(|| world.sky.clone()), ..world })
+    });
     Ok(Arc::new(middles.collect::<Result<Vec<World>, _>>()?))
+}
+
+/// Clear air whose sun moves by less than a fifth of its disc meanwhile: it stays, since the light of all of the air is worked
+/// out anew for any other.
+fn held_sky(first: &World, last: &World) -> Option<Sky<Still>> {
+    let (from, to) = (first.sky.as_ref()?, last.sky.as_ref()?);
+    let near = |a: f64, b: f64| (a - b).abs() < 0.1_f64.to_radians();
+    match (&from.light, &to.light) {
+        (
+            &SkyLight::Nishita { sun_elevation: e, sun_azimuth: a, turbidity: t },
+            &SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity },
+        ) if near(e, sun_elevation) && near(a, sun_azimuth) && (t - turbidity).abs() < 0.01 => {
+            (from.strength == to.strength).then(|| from.clone())
+        }
+        _ => None,
+    }
 }
 
 /// How many moments: either a divisor of `samples`, so that each sees as many, or a multiple.

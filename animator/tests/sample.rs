@@ -157,6 +157,7 @@ fn computed_textures_stand_still() {
 #[test]
 fn every_value_is_taken_when_the_shutter_opens() {
     let mut scene = scene();
+    scene.clock.shutter = 0.5;
     scene.look.exposure = time();
     scene.nodes[0].shape = Some(Shape::Sphere { radius_m: time() });
     scene.materials = vec![
@@ -178,6 +179,9 @@ fn every_value_is_taken_when_the_shutter_opens() {
     scene.sky = Some(Sky { light: SkyLight::Color(Color::Y.into()), strength: time(), visible: false });
     let world = world(&scene, 0.5);
     assert_eq!(world.shutter, Shutter { open_s: 0.5, close_s: 0.5 + 0.5 / 24.0 });
+    let moments = world.moments.len() as f64;
+    let Shape::Sphere { radius_m } = world.moments[1].instances[0].shape else { panic!() };
+    assert!((radius_m - (0.5 + 0.5 / 24.0 * 1.5 / moments)).abs() < 1e-12, "{radius_m} of {moments}");
     assert_eq!(world.look, Look { exposure: 0.5, tonemap: Tonemap::None });
     assert_eq!(world.instances[0].shape, Shape::Sphere { radius_m: 0.5 });
     assert_eq!(world.sky, Some(Sky { light: SkyLight::Color(Color::Y), strength: 0.5, visible: false }));

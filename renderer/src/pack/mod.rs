@@ -291,26 +291,21 @@ fn above(world: &World, near_count: u32, words: &mut Vec<u32>) -> Result<Above, 
         }
     }
     let Some(sky) = &world.sky else { return Ok(above) };
-    let map = match &sky.light {
-        SkyLight::Color(_) => return Ok(above),
-        SkyLight::Map { image, rotation } => {
-            above.turn = (rotation / TAU).rem_euclid(1.0) as f32;
-            sky::map_of(image)
-        }
-        &SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity } => {
-            let computed = sky::nishita(sun_elevation, sun_azimuth, turbidity);
-            if computed.sun.max_element() > 0.0 && sky.strength > 0.0 {
-                let irradiance = computed.sun * sky.strength as f32;
-                above.lights.push(lights::sun(-computed.to_sun, computed.half_angle, irradiance));
-            }
-            computed.map
-        }
-    };
-    let needed = 3 * map.texels.len() + words.len();
+    if let SkyLight::Map { rotation, .. } = sky.light {
+        above.turn = (rotation / TAU).rem_euclid(1.0) as f32;
+    }
+    let Some(laid) = sky::lay(&sky.light) else { return Ok(above) };
+    if let Some((to_sun, half_angle, sun)) = laid.sun
+        && sun.max_element() > 0.0
+        && sky.strength > 0.0
+    {
+        above.lights.push(lights::sun(-to_sun, half_angle, sun * sky.strength as f32));
+    }
+    let needed = laid.len() + words.len();
     if needed > MAX_WORDS {
         return Err(PackError::Words { words: needed, limit: MAX_WORDS });
     }
-    let placed = sky::place(&map, words);
+    let placed = laid.append(words);
     let irradiance = placed.irradiance * sky.strength;
     if irradiance > 0.0 {
         above.map_light = Some(above.lights.len() as u32);

@@ -2,15 +2,16 @@
 //! makes of clear air.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DVec3, UVec4, Vec3};
-use kinora_scene::{Image, Texels};
+use kinora_scene::{Image, SkyLight, Still, Texels};
 use rayon::prelude::*;
 
 use super::lights::luminance;
 
 /// A picture of all directions.
-pub struct Map {
+struct Map {
     /// Texels in a row, rows.
     pub size: [usize; 2],
     /// Row by row from the top; finite and 0 or more.
@@ -23,7 +24,7 @@ const MAX_COLUMNS: usize = 2048;
 const BRIGHTEST: f32 = 1e20;
 
 /// The map of a picture; what is no light in it is 0.
-pub fn map_of(image: &Image) -> Map {
+fn map_of(image: &Image) -> Map {
     let clean = |c: f32| if c > 0.0 { c.min(BRIGHTEST) } else { 0.0 };
     let of = |rgb: [f32; 3]| Vec3::from_array(rgb.map(clean));
     let texels = match image.texels() {
@@ -38,7 +39,64 @@ pub fn map_of(image: &Image) -> Map {
     Map { size: [image.width as usize, image.height as usize], texels }
 }
 
+/// A sky as words, and the sun in it.
+pub struct Laid {
+    /// The light of which it is made.
+    of: SkyLight<Still>,
+    /// Its words, and where they lie if they are the first.
+    words: Vec<u32>,
+    placed: Placed,
+    /// Where the sun of clear air stands, half the angle of its disc, and its irradiance where it is 1 above the air.
+    pub sun: Option<(DVec3, f64, Vec3)>,
+}
+
+/// The last sky that was laid out: pictures of a film, and moments of a picture, mostly have the same.
+static LAST: Mutex<Option<Arc<Laid>>> = Mutex::new(None);
+
+/// Lays out a sky; `None` of one that is the same everywhere.
+pub fn lay(light: &SkyLight<Still>) -> Option<Arc<Laid>> {
+    let same = |laid: &&Arc<Laid>| match (&laid.of, light) {
+        // However it is turned.
+        (SkyLight::Map { image: a, .. }, SkyLight::Map { image: b, .. }) => Arc::ptr_eq(a, b),
+        (a, b) => a == b,
+    };
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(laid) = last.as_ref().filter(same) {
+        return Some(laid.clone());
+    }
+    let (map, sun) = match light {
+        SkyLight::Color(_) => return None,
+        SkyLight::Map { image, .. } => (map_of(image), None),
+        &SkyLight::Nishita { sun_elevation, sun_azimuth, turbidity } => {
+            let Computed { map, to_sun, half_angle, sun } = nishita(sun_elevation, sun_azimuth, turbidity);
+            (map, Some((to_sun, half_angle, sun)))
+        }
+    };
+    let mut words = Vec::new();
+    let placed = place(&map, &mut words);
+    let laid = Arc::new(Laid { of: light.clone(), words, placed, sun });
+    *last = Some(laid.clone());
+    Some(laid)
+}
+
+impl Laid {
+    /// How many words it has.
+    pub fn len(&self) -> usize {
+        self.words.len()
+    }
+
+    /// Appends it to `words`.
+    pub fn append(&self, words: &mut Vec<u32>) -> Placed {
+        let first = words.len() as u32;
+        words.extend_from_slice(&self.words);
+        let Placed { map, cells, irradiance } = self.placed;
+        let at = UVec4::new(first, 0, 0, 0);
+        Placed { map: map + at, cells: cells + at, irradiance }
+    }
+}
+
 /// A map among the words of a scene.
+#[derive(Clone, Copy)]
 pub struct Placed {
     /// As `Params::sky_map`, without its light.
     pub map: UVec4,
@@ -49,7 +107,7 @@ pub struct Placed {
 }
 
 /// Appends a map to `words`.
-pub fn place(map: &Map, words: &mut Vec<u32>) -> Placed {
+fn place(map: &Map, words: &mut Vec<u32>) -> Placed {
     let [width, height] = map.size;
     let first = words.len();
     words.extend(map.texels.iter().flat_map(|texel| texel.to_array().map(f32::to_bits)));
@@ -191,7 +249,7 @@ const VIEW_NODES: usize = 40;
 const SUN_NODES: usize = 20;
 
 /// A computed sky under a sun of irradiance 1 above the air, and its sun.
-pub struct Computed {
+struct Computed {
     /// Without the disc.
     pub map: Map,
     /// From the eye to the sun.
@@ -203,7 +261,7 @@ pub struct Computed {
 }
 
 /// The sky when the sun stands so high above the horizon, so far from −z towards +x.
-pub fn nishita(elevation: f64, azimuth: f64, turbidity: f64) -> Computed {
+fn nishita(elevation: f64, azimuth: f64, turbidity: f64) -> Computed {
     let air = Air { turbidity, view: nodes(VIEW_NODES), sun: nodes(SUN_NODES) };
     let (sin, cos) = elevation.sin_cos();
     // In the plane of azimuth 0.
