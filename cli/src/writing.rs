@@ -46,6 +46,15 @@ pub struct OneFile {
 
 /// Does all jobs; gives the film of all frames, as far as there is one and no frame is missing.
 pub fn write_all(jobs: Receiver<Job>, told: &Sender<Told>, format: Format, film: Option<&OneFile>) -> Option<Writer> {
+    // Threads of its own: in rayon's common ones the next frame's tree would wait behind this one's pixels.
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    match rayon::ThreadPoolBuilder::new().num_threads(cores.div_ceil(2)).build() {
+        Ok(pool) => pool.install(|| each(jobs, told, format, film)),
+        Err(_) => each(jobs, told, format, film),
+    }
+}
+
+fn each(jobs: Receiver<Job>, told: &Sender<Told>, format: Format, film: Option<&OneFile>) -> Option<Writer> {
     // Nobody listens any more where this fails.
     let tell = |what| drop(told.send(what));
     let mut film = film.map(Reel::Waiting);

@@ -20,8 +20,20 @@ use crate::wires::Wires;
 // Whether two worlds have the same arrays, but for what the camera decides.
 fn is_seen_otherwise(a: &World, b: &World) -> bool {
     // The look is of the finished picture, the shutter of nothing that stays where it is, and each moment is a world.
-    let World { render, look: _, shutter: _, view: _, moments: _, next, instances, copies, parts, materials, sky, lights } =
-        a;
+    let World {
+        render,
+        look: _,
+        shutter: _,
+        view: _,
+        moments: _,
+        next,
+        instances,
+        copies,
+        parts,
+        materials,
+        sky,
+        lights,
+    } = a;
     next.is_none()
         && b.next.is_none()
         && *render == b.render
