@@ -31,6 +31,17 @@ pub fn parse(list: &str) -> Result<Vec<i64>, String> {
     }
 }
 
+/// Writes a list of frames as [`parse`] reads it: `3,5-7`.
+pub fn list(frames: &[i64]) -> String {
+    let runs = frames.chunk_by(|a, b| a.checked_add(1) == Some(*b));
+    let run = |run: &[i64]| match run {
+        [first, .., last] => format!("{first}-{last}"),
+        [only] => only.to_string(),
+        [] => String::new(),
+    };
+    runs.map(run).collect::<Vec<_>>().join(",")
+}
+
 struct Range {
     first: i64,
     step: i64,
@@ -95,6 +106,12 @@ impl Pattern {
     /// The folder that the files lie in; empty for the current one.
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Whether a frame may have a file of this name.
+    pub fn is_of(&self, name: &str) -> bool {
+        let number = name.strip_prefix(&*self.before).and_then(|rest| rest.strip_suffix(&*self.after));
+        number.is_some_and(|number| self::number(number).is_some())
     }
 
     /// The file of a frame. The number has at least as many digits as the pattern says, a minus sign not counted.
@@ -175,6 +192,37 @@ mod tests {
             ("é..3", None),
         ] {
             assert_eq!(parse(list).ok(), expected, "{list:?}");
+        }
+    }
+
+    #[test]
+    fn lists_are_written_as_they_are_read() {
+        for (frames, expected) in [
+            (vec![], ""),
+            (vec![7], "7"),
+            (vec![3, 5, 6, 7, 9, 10], "3,5-7,9-10"),
+            (vec![-3, -2, 0], "-3--2,0"),
+            (vec![2, 1, 0], "2,1,0"),
+            (vec![i64::MAX], "9223372036854775807"),
+        ] {
+            assert_eq!(list(&frames), expected);
+            assert!(frames.is_empty() || parse(expected) == Ok(frames));
+        }
+    }
+
+    #[test]
+    fn names_of_frames() {
+        let pattern = Pattern::parse(Path::new("out/f.####.png")).unwrap();
+        for (name, expected) in [
+            ("f.0001.png", true),
+            ("f.-0001.png", true),
+            ("f.12345.png", true),
+            ("f..png", false),
+            ("f.a.png", false),
+            ("f.0001.exr", false),
+            ("g.0001.png", false),
+        ] {
+            assert_eq!(pattern.is_of(name), expected, "{name}");
         }
     }
 

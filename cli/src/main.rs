@@ -6,6 +6,8 @@ mod commands;
 #[cfg(feature = "render")]
 mod encode;
 mod exit;
+#[cfg(feature = "render")]
+mod films;
 mod flags;
 #[cfg(feature = "render")]
 mod frames;
@@ -22,6 +24,8 @@ mod terminal;
 #[cfg(feature = "viewer")]
 mod view;
 mod write;
+#[cfg(feature = "render")]
+mod writing;
 
 use std::ffi::OsString;
 use std::panic;

@@ -42,6 +42,14 @@ pub trait Backend: Send {
     /// The scene does not fit, or the device is lost. The scene before it stays.
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError>;
 
+    /// Takes the scene that was uploaded last with other `params`, such as those of a camera that moved.
+    ///
+    /// # Errors
+    /// As `upload`.
+    fn aim(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
+        self.upload(packed)
+    }
+
     /// One pass over the uploaded scene's window, row by row, or over these pixels of the picture alone: the sum of these
     /// samples in their order, one a pixel, w counting rays; `None` if `control` ended it. A pixel's sum is the same
     /// however it was asked for.

@@ -6,15 +6,44 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{UVec2, UVec4, Vec4};
+use kinora_kernel::Packed;
 use kinora_scene::{Shown, World};
 
 use crate::backend::{Backend, BackendError, Control};
 use crate::film::{Film, Parts, Request, Survey, TooLarge, Window};
 use crate::moments::Blocks;
-use crate::motion::Motion;
-use crate::pack::{PackError, pack, pack_moving};
+use crate::motion::{Motion, Moved};
+use crate::pack::{PackError, aim, pack_moving};
 use crate::project::Projector;
 use crate::wires::Wires;
+
+// Whether two worlds have the same arrays, but for what the camera decides.
+fn is_seen_otherwise(a: &World, b: &World) -> bool {
+    // The look is of the finished picture, the shutter of nothing that stays where it is, and each moment is a world.
+    let World {
+        render,
+        look: _,
+        shutter: _,
+        view: _,
+        moments: _,
+        next,
+        instances,
+        copies,
+        parts,
+        materials,
+        sky,
+        lights,
+    } = a;
+    next.is_none()
+        && b.next.is_none()
+        && *render == b.render
+        && *sky == b.sky
+        && *lights == b.lights
+        && *instances == b.instances
+        && *copies == b.copies
+        && *materials == b.materials
+        && *parts == b.parts
+}
 
 /// Why a world was not rendered.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,11 +103,22 @@ impl From<BackendError> for RenderError {
     }
 }
 
-/// Renders worlds one after the other on one backend.
+/// Renders worlds one after the other on one backend. What a world has in common with the one before it is not built
+/// again, which changes no bit.
 pub struct Renderer {
     backend: Box<dyn Backend>,
     build: Duration,
     moments: Moments,
+    held: Held,
+}
+
+/// What the backend holds.
+enum Held {
+    Nothing,
+    /// A first world, which may stay the only one.
+    Once,
+    /// One of several.
+    World(Box<World>, Arc<Packed>),
 }
 
 /// The moments that the next passes show, where there are several.
@@ -102,7 +142,7 @@ struct Sums {
 impl Renderer {
     /// A renderer on `backend`.
     pub fn new(backend: Box<dyn Backend>) -> Self {
-        Self { backend, build: Duration::ZERO, moments: Moments::default() }
+        Self { backend, build: Duration::ZERO, moments: Moments::default(), held: Held::Nothing }
     }
 
     /// The backend.
@@ -136,8 +176,8 @@ impl Renderer {
         let film = Film::new(&world.render, request);
         let size = request.crop.map_or(picture, |window| [window.width, window.height]);
         let mut film = film.map_err(|TooLarge { bytes }| RenderError::Memory { size, bytes })?;
-        let (mut packed, moved) = pack_moving(world)?;
-        packed.params.window = film.traced().packed();
+        let window = film.traced().packed();
+        let (packed, moved) = self.take(world, window)?;
         film.motion = world.next.as_ref().zip(moved).map(|(next, shapes)| {
             let [now, next] = [&world.view, next].map(|view| Projector::new(view, picture));
             Arc::new(Motion { now, next, shapes })
@@ -145,22 +185,47 @@ impl Renderer {
         film.middle_m = world.view.focus_m as f32;
         film.wires = (world.render.view == Shown::Bvh).then(|| Arc::new(Wires::of(&packed, &world.view, picture)));
         film.blocks = Blocks::new(world.moments.len(), world.render.samples);
-        self.moments = Moments { worlds: world.moments.clone(), window: film.traced().packed(), held: None };
-        self.backend.upload(Arc::new(packed))?;
+        self.moments = Moments { worlds: world.moments.clone(), window, held: None };
         self.build = start.elapsed();
         Ok(film)
     }
 
+    /// Has the backend hold a world; gives its arrays, and where each shape goes until the next frame.
+    fn take(&mut self, world: &World, window: UVec4) -> Result<(Arc<Packed>, Option<Vec<Moved>>), RenderError> {
+        if let Held::World(before, packed) = &mut self.held
+            && is_seen_otherwise(before, world)
+        {
+            let mut aimed = Packed::clone(packed);
+            aim(&mut aimed, world)?;
+            aimed.params.window = window;
+            let aimed = Arc::new(aimed);
+            self.backend.aim(aimed.clone())?;
+            // But for its view it is the same world.
+            *packed = aimed.clone();
+            return Ok((aimed, None));
+        }
+        let (mut packed, moved) = pack_moving(world)?;
+        packed.params.window = window;
+        let packed = Arc::new(packed);
+        self.backend.upload(packed.clone())?;
+        self.held = match self.held {
+            Held::Nothing => Held::Once,
+            Held::Once | Held::World(..) => Held::World(Box::new(world.clone()), packed.clone()),
+        };
+        Ok((packed, moved))
+    }
+
     /// Has the backend hold a moment.
     fn hold(&mut self, moment: usize) -> Result<(), RenderError> {
-        let Some(world) = self.moments.worlds.get(moment).filter(|_| self.moments.held != Some(moment)) else {
+        if self.moments.held == Some(moment) || moment >= self.moments.worlds.len() {
             return Ok(());
-        };
+        }
         let start = Instant::now();
-        let mut packed = pack(world)?;
-        packed.params.window = self.moments.window;
         self.moments.held = None;
-        self.backend.upload(Arc::new(packed))?;
+        let (worlds, window) = (self.moments.worlds.clone(), self.moments.window);
+        if let Some(world) = worlds.get(moment) {
+            self.take(world, window)?;
+        }
         self.moments.held = Some(moment);
         self.build += start.elapsed();
         Ok(())

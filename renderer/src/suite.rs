@@ -41,6 +41,7 @@ pub const CASES: &[(&str, Case)] = &[
     ("the same samples give the same bits", deterministic),
     ("passes add up to the whole", passes),
     ("a stopped pass changes nothing", stopping),
+    ("what stays between two worlds changes no bit", one_after_another),
     ("an empty world shows its sky", empty_world),
     ("diffuse in a white furnace", furnace_diffuse),
     ("glass in a white furnace", furnace_glass),
@@ -217,6 +218,36 @@ fn stopping(renderer: &mut Renderer) {
     assert_eq!(film.samples(), 0);
     while renderer.trace_pass(&mut film, 40, &()).expect("traces") {}
     assert!(film.mean() == trace(renderer, &w), "a stopped pass left a trace");
+}
+
+// The eye moves, also into glass and to another projection, then a shape does: each picture is the one that it would be alone.
+fn one_after_another(renderer: &mut Renderer) {
+    let mut w = some_world();
+    add(&mut w, Shape::Sphere { radius_m: 1.0 }, at(0.0, 0.0, 6.0), glass(1.5, Color::new(0.2, 0.8, 0.4), 0.5));
+    let mut worlds = vec![w.clone()];
+    let eyes = [DVec3::new(1.0, 0.5, 5.0), DVec3::new(0.1, 0.0, 6.2), DVec3::new(0.0, 2.0, 9.0)];
+    worlds.extend(eyes.map(|eye| World { view: view(eye, DVec3::ZERO, 0.9), ..w.clone() }));
+    let mut flat = w.view.clone();
+    flat.projection = Projection::Orthographic { height_m: 3.0 };
+    worlds.push(World { view: flat, ..w.clone() });
+    let mut moved = w.clone();
+    moved.instances[0].world_from_object.translation.x += 0.3;
+    worlds.push(moved.clone());
+    moved.render.seed += 1;
+    worlds.push(moved);
+    let other = World { view: front(), ..world([4, 4], 1, front()) };
+    let alone: Vec<_> = worlds
+        .iter()
+        .map(|w| {
+            trace(renderer, &other);
+            trace(renderer, w)
+        })
+        .collect();
+    for (i, (w, alone)) in worlds.iter().zip(&alone).enumerate() {
+        assert_eq!(&trace(renderer, w), alone, "world {i}");
+        assert!(i == 0 || alone != &trace(renderer, &worlds[0]), "world {i} looks like the first");
+        trace(renderer, w);
+    }
 }
 
 fn empty_world(renderer: &mut Renderer) {

@@ -16,6 +16,7 @@ const GPU_TOLERANCE: f64 = 1.0;
 const EXAMPLES: &[(&str, i64)] = &[
     ("hello", 0),
     ("cornell", 0),
+    ("bounce", 28),
     ("orbit", 0),
     ("orbit", 30),
     ("scan", 0),

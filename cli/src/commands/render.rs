@@ -43,7 +43,7 @@ pub struct Args {
 pub struct OutputFlags {
     /// Bits a channel of a PNG
     #[arg(long, value_name = "8|16", default_value = "8", hide_default_value = true, value_parser = bits)]
-    bits: Bits,
+    pub bits: Bits,
     /// Layers of an EXR beside the picture: albedo, depth, diffuse, emission, id, motion, normal, position, samples, specular, variance
     #[arg(long, value_name = "LIST")]
     aov: Option<Layers>,
@@ -64,11 +64,11 @@ impl OutputFlags {
         Format::of(path, self.bits, self.aov.unwrap_or_default())
     }
 
-    /// What is wanted of a film for it.
+    /// What is wanted of a film for it, of which there are so many `at_once`.
     ///
     /// # Errors
     /// The scene has no such picture, the format does not hold it, or memory does not.
-    pub fn request(&self, scene: &Scene, format: Format) -> Result<Request, String> {
+    pub fn request(&self, scene: &Scene, format: Format, at_once: u64) -> Result<Request, String> {
         format.check(&scene.render)?;
         let layers = format.layers();
         if layers.has(Layer::Variance) && scene.render.samples < 2 {
@@ -82,7 +82,8 @@ impl OutputFlags {
         }
         // A file's values lie beside the film when it is written: of most layers three numbers a pixel.
         let written_bytes = 40 + 12 * layers.wanted().count() as u64;
-        let bytes = Film::bytes(&scene.render, &request).saturating_add(written_bytes * window.pixels() as u64);
+        let bytes = Film::bytes(&scene.render, &request).saturating_mul(at_once);
+        let bytes = bytes.saturating_add(written_bytes * window.pixels() as u64);
         match memory::free_bytes() {
             Some(free) if bytes > free => {
                 let size = [window.width, window.height];
@@ -114,6 +115,9 @@ pub struct Statistics {
     pub load_s: f64,
     pub build_s: f64,
     pub render_s: f64,
+    /// From when the scene was loaded until all files were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_s: Option<f64>,
     pub rays: u64,
     pub peak_bytes: Option<u64>,
     pub backend: Option<&'static str>,
@@ -146,7 +150,7 @@ pub fn run(args: &Args) -> Outcome {
         return Ok(code);
     }
     let Some(scene) = loaded.scene.as_deref() else { return Ok(loaded.fault_code()) };
-    let request = args.output_flags.request(scene, format)?;
+    let request = args.output_flags.request(scene, format, 1)?;
     let frame = match (args.frame, args.time) {
         (_, Some(Time::Seconds(seconds))) => seconds * scene.clock.fps,
         (_, Some(Time::Frames(frame))) => frame,

@@ -14,7 +14,7 @@ use glam::{DMat4, DVec4, Vec3};
 use kinora_renderer::{Film, Seen, measure};
 use kinora_scene::{Projection, World};
 
-use super::{Layer, Layers, SOFTWARE, Stamp};
+use super::{Layer, Layers, Rate, SOFTWARE, Stamp};
 
 const REC_709: Chromaticities =
     Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) };
@@ -25,7 +25,7 @@ pub(super) fn encode(film: &Film, world: &World, layers: Layers, stamp: &Stamp) 
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let mut attributes = LayerAttributes { software_name: Some(text_of(SOFTWARE)), ..Default::default() };
     attributes.comments = Some(text_of(&stamp.name));
-    attributes.frames_per_second = Some(rational(stamp.fps));
+    attributes.frames_per_second = Some(rational(Rate::of(stamp.fps)));
     attributes.exposure = Some((world.shutter.close_s - world.shutter.open_s) as f32);
     let (to_camera, to_device) = matrices(world);
     attributes.world_to_camera = Some(to_camera);
@@ -148,15 +148,9 @@ fn text_of(text: &str) -> Text {
     Text::from(text)
 }
 
-// Frames a second as film knows them: whole, or n · 1000 / 1001.
-fn rational(fps: f64) -> Rational {
-    let ntsc = fps * 1.001;
-    let near = |value: f64| (value - value.round()).abs() < 1e-6 && value < 1e6;
-    match (near(fps), near(ntsc)) {
-        (true, _) => (fps.round() as i32, 1),
-        (_, true) => (ntsc.round() as i32 * 1000, 1001),
-        _ => ((fps * 1000.0).round() as i32, 1000),
-    }
+fn rational(rate: Rate) -> Rational {
+    // At most 2³¹ - 1.
+    (rate.frames as i32, rate.seconds)
 }
 
 /// Sorts the attributes of the header, which is 8 bytes in: the crate writes those that are not OpenEXR's own in the
@@ -207,13 +201,6 @@ mod tests {
             (3.0, 0.1, None),
         ] {
             assert_eq!(time_code(frame, fps).map(told), expected, "frame {frame} at {fps}");
-        }
-    }
-
-    #[test]
-    fn frames_a_second() {
-        for (fps, expected) in [(24.0, (24, 1)), (30000.0 / 1001.0, (30000, 1001)), (12.5, (12500, 1000))] {
-            assert_eq!(rational(fps), expected);
         }
     }
 }

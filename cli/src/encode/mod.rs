@@ -15,11 +15,14 @@ use kinora_renderer::{Film, Request, Window, develop, measure};
 use kinora_scene::{Background, Render, Scene, Shown, World};
 
 pub use layers::{Layer, Layers};
+pub use png::{read as read_png, text as text_of_png};
 
 /// What every file says about its program.
-const SOFTWARE: &str = concat!("kinora ", env!("CARGO_PKG_VERSION"));
+pub const SOFTWARE: &str = concat!("kinora ", env!("CARGO_PKG_VERSION"));
 /// The name under which a frame of a sequence carries its key.
 const FRAME_KEY: &str = "kinora:frameKey";
+/// The name under which a film in one file carries its key.
+pub const FILM_KEY: &str = "kinora:filmKey";
 
 /// A way to write a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +56,7 @@ impl Format {
     /// The format that the ending of `path` asks for.
     ///
     /// # Errors
-    /// The ending is none that pictures have, or comes later, or there is no place for layers.
+    /// The ending is none that pictures have, or there is no place for layers.
     pub fn of(path: &Path, bits: Bits, layers: Layers) -> Result<Format, String> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
         match ending.as_str() {
@@ -65,7 +68,8 @@ impl Format {
             "hdr" => Ok(Format::Hdr),
             "jpg" | "jpeg" => Ok(Format::Jpg),
             "mp4" | "gif" | "webm" | "apng" => Err(format!(
-                "not yet: `.{ending}` films come in a later version; write a sequence such as out/frame.####.png"
+                "an .{ending} is a whole film in one file: `kinora animate` writes it, to a name without a place for \
+                 the frame's number; a picture can be a png, exr, hdr or jpg"
             )),
             "" => Err(format!("`{}` has no ending that names a format: png, exr, hdr or jpg", path.display())),
             other => Err(format!("pictures cannot be written as `.{other}`: png, exr, hdr and jpg can")),
@@ -140,7 +144,8 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    fn entries(&self) -> Vec<(&'static str, String)> {
+    /// Names and values.
+    pub fn entries(&self) -> Vec<(&'static str, String)> {
         let mut entries = vec![
             ("kinora:scene", self.scene.clone()),
             ("kinora:version", env!("CARGO_PKG_VERSION").into()),
@@ -161,8 +166,12 @@ pub fn scene_hash(scene: &Scene) -> String {
 
 /// A hash of all that one frame's file depends on, but for the device.
 pub fn frame_key(world: &World, format: Format, request: &Request) -> String {
-    let crop = request.crop.map(|Window { left, top, width, height }| format!("{left},{top},{width},{height}"));
-    hash(world, &[env!("CARGO_PKG_VERSION"), &format.name(), &crop.unwrap_or_default()])
+    hash(world, &[env!("CARGO_PKG_VERSION"), &format.name(), &crop_name(request)])
+}
+
+fn crop_name(request: &Request) -> String {
+    let name = |Window { left, top, width, height }| format!("{left},{top},{width},{height}");
+    request.crop.map(name).unwrap_or_default()
 }
 
 fn hash(value: &impl serde::Serialize, more: &[&str]) -> String {
@@ -174,6 +183,39 @@ fn hash(value: &impl serde::Serialize, more: &[&str]) -> String {
     // Neither plain data nor a hasher can fail to take the other.
     let _ = postcard::to_io(value, io::BufWriter::with_capacity(1 << 16, &mut hasher));
     hasher.finalize().to_hex().to_string()
+}
+
+/// A hash of all that a film in one file depends on, but for the device: its scene by [`scene_hash`], its frames in their
+/// order, and how it is written.
+pub fn film_key(scene: &str, frames: &[i64], kind: &str, format: Format, request: &Request) -> String {
+    hash(&frames, &[env!("CARGO_PKG_VERSION"), scene, kind, &format.name(), &crop_name(request)])
+}
+
+/// Frames a second, as a fraction of whole numbers of 1 or more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rate {
+    /// So many frames
+    pub frames: u32,
+    /// in so many seconds.
+    pub seconds: u32,
+}
+
+impl Rate {
+    /// Frames a second as film knows them, whole or n · 1000 / 1001; others to three places.
+    pub fn of(fps: f64) -> Rate {
+        let ntsc = fps * 1.001;
+        let near = |value: f64| (value - value.round()).abs() < 1e-6 && (0.5..1e6).contains(&value);
+        let (frames, seconds) = match (near(fps), near(ntsc)) {
+            (true, _) => (fps.round() as u32, 1),
+            (_, true) => (ntsc.round() as u32 * 1000, 1001),
+            _ => (((fps * 1000.0).round() as u32).clamp(1, i32::MAX as u32), 1000),
+        };
+        let (mut a, mut b) = (frames, seconds);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        Rate { frames: frames / a.max(1), seconds: seconds / a.max(1) }
+    }
 }
 
 /// The picture as the bytes of a file.
@@ -198,6 +240,22 @@ pub fn key_of(path: &Path, format: Format) -> Option<String> {
     }
 }
 
+/// The ending of a file that is not whole yet; before it stand the name of the file that it will be, and a process.
+const TEMPORARY: &str = ".tmp";
+
+/// Removes what processes that were killed left behind of files in `folder`, of those that are `meant`.
+pub fn sweep(folder: &Path, meant: impl Fn(&str) -> bool) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let of = name.to_str().and_then(|name| name.strip_prefix('.')?.strip_suffix(TEMPORARY)?.rsplit_once('.'));
+        let left = of.is_some_and(|(file, process)| process.bytes().all(|byte| byte.is_ascii_digit()) && meant(file));
+        // Whoever still writes it has locked it.
+        if left && fs::File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// A place to write a file to, tried out before there is anything to write.
 pub struct Target {
     path: PathBuf,
@@ -217,7 +275,7 @@ impl Target {
         }
         let mut hidden = OsString::from(".");
         hidden.push(name);
-        hidden.push(format!(".{}.tmp", std::process::id()));
+        hidden.push(format!(".{}{TEMPORARY}", std::process::id()));
         let target = Target { path: path.to_path_buf(), beside: path.with_file_name(hidden) };
         if !target.folder().is_dir() {
             return Err(fault(&format_args!("there is no folder `{}`", target.folder().display())));
@@ -250,14 +308,44 @@ impl Target {
 
     fn place(&self, bytes: &[u8]) -> io::Result<()> {
         let mut file = fs::File::create(&self.beside)?;
+        // Tells `sweep` that someone is at work; without locks it leaves the file alone.
+        let _ = file.try_lock();
         file.write_all(bytes)?;
         file.sync_all()?;
         drop(file);
-        fs::rename(&self.beside, &self.path)?;
+        self.take(&self.beside)
+    }
+
+    /// Gives a finished file its place.
+    ///
+    /// # Errors
+    /// The system does not do it.
+    pub fn take(&self, from: &Path) -> io::Result<()> {
+        fs::rename(from, &self.path)?;
         // The new name itself; not every system lets a folder be opened.
         if let Ok(folder) = fs::File::open(self.folder()) {
             let _ = folder.sync_all();
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_a_second() {
+        for (fps, frames, seconds) in [
+            (24.0, 24, 1),
+            (30000.0 / 1001.0, 30000, 1001),
+            (12.5, 25, 2),
+            (0.25, 1, 4),
+            (1e-9, 1, 1000),
+            (23.9764, 2997, 125),
+            (1e12, i32::MAX as u32, 1000),
+        ] {
+            assert_eq!(Rate::of(fps), Rate { frames, seconds }, "{fps}");
+        }
     }
 }

@@ -38,7 +38,23 @@ fn write(bytes: &mut Vec<u8>, image: &Image, bits: Bits, stamp: &Stamp) -> Resul
     writer.finish()
 }
 
-pub(super) fn text(path: &Path, name: &str) -> Option<String> {
+/// The values of a PNG that this program wrote: rows from the top, 16 bits with the higher byte first.
+///
+/// # Errors
+/// It is not there or damaged.
+pub fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let failed = |error: &dyn std::fmt::Display| format!("cannot read `{}`: {error}", path.display());
+    let file = File::open(path).map_err(|error| failed(&error))?;
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|error| failed(&error))?;
+    let size = reader.output_buffer_size().ok_or_else(|| failed(&"it is too large"))?;
+    let mut codes = vec![0; size];
+    let info = reader.next_frame(&mut codes).map_err(|error| failed(&error))?;
+    codes.truncate(info.buffer_size());
+    Ok(codes)
+}
+
+/// What a PNG says under a name.
+pub fn text(path: &Path, name: &str) -> Option<String> {
     let reader = png::Decoder::new(BufReader::new(File::open(path).ok()?)).read_info().ok()?;
     let texts = &reader.info().uncompressed_latin1_text;
     texts.iter().find(|chunk| chunk.keyword == name).map(|chunk| chunk.text.clone())

@@ -70,11 +70,19 @@ struct Job {
 }
 
 struct Scene {
+    params: wgpu::Buffer,
     bindings: wgpu::BindGroup,
     features: u32,
     /// One an entry, made when it is first wanted.
     jobs: Vec<Job>,
     size: UVec2,
+}
+
+impl Scene {
+    // Whether the same pipelines write the same numbers of pixels.
+    fn is_like(&self, packed: &Packed) -> bool {
+        self.size == packed.params.window.zw() && self.features == packed.params.features
+    }
 }
 
 /// What went wrong on a device since it was asked last.
@@ -193,7 +201,8 @@ impl Gpu {
         let bindings = self.kernel.bind_scene(&self.device, &buffers);
         let size = packed.params.window.zw();
         let features = packed.params.features;
-        Ok(Scene { bindings, features, jobs: Vec::new(), size })
+        let [params, ..] = buffers;
+        Ok(Scene { params, bindings, features, jobs: Vec::new(), size })
     }
 
     fn make_job(&mut self, entry: Entry, size: UVec2, features: u32) -> Result<Job, BackendError> {
@@ -448,8 +457,22 @@ impl Backend for Gpu {
             return Err(BackendError::Device(error.to_string()));
         }
         self.faults.check()?;
-        self.scene = Some(scene?);
+        let mut scene = scene?;
+        if let Some(before) = self.scene.take_if(|before| before.is_like(&packed)) {
+            scene.jobs = before.jobs;
+        }
+        self.scene = Some(scene);
         Ok(())
+    }
+
+    fn aim(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
+        match &self.scene {
+            Some(scene) if scene.is_like(&packed) => {
+                self.queue.write_buffer(&scene.params, 0, bytemuck::bytes_of(&packed.params));
+                self.faults.check()
+            }
+            _ => self.upload(packed),
+        }
     }
 
     fn trace(

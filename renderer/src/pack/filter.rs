@@ -1,5 +1,7 @@
 //! Pixel filters as inverse distribution functions.
 
+use std::sync::LazyLock;
+
 use kinora_kernel::generated::FILTER_CELLS;
 use kinora_scene::Filter;
 
@@ -20,6 +22,20 @@ fn weight(filter: Filter, x: f64) -> f64 {
 
 /// Offsets in pixels at which the filter's integral reaches i / FILTER_CELLS, from -width / 2 to width / 2.
 pub fn inverse_distribution(filter: Filter, width: f64) -> Vec<f32> {
+    // Films ask for them again and again.
+    static BOX: LazyLock<Vec<f64>> = LazyLock::new(|| places(Filter::Box));
+    static GAUSSIAN: LazyLock<Vec<f64>> = LazyLock::new(|| places(Filter::Gaussian));
+    static BLACKMAN_HARRIS: LazyLock<Vec<f64>> = LazyLock::new(|| places(Filter::BlackmanHarris));
+    let places = match filter {
+        Filter::Box => &BOX,
+        Filter::Gaussian => &GAUSSIAN,
+        Filter::BlackmanHarris => &BLACKMAN_HARRIS,
+    };
+    places.iter().map(|x| ((x - 0.5) * width) as f32).collect()
+}
+
+// The same across the filter's width, in 0..=1.
+fn places(filter: Filter) -> Vec<f64> {
     let mut sums = Vec::with_capacity(STEPS + 1);
     let mut sum = 0.0;
     sums.push(0.0);
@@ -28,7 +44,6 @@ pub fn inverse_distribution(filter: Filter, width: f64) -> Vec<f32> {
         sums.push(sum);
     }
     let mut step = 0;
-    let at = |x: f64| ((x - 0.5) * width) as f32;
     (0..=FILTER_CELLS)
         .map(|cell| {
             let target = sum * f64::from(cell) / f64::from(FILTER_CELLS);
@@ -36,10 +51,10 @@ pub fn inverse_distribution(filter: Filter, width: f64) -> Vec<f32> {
                 step += 1;
             }
             if step >= STEPS {
-                return at(1.0);
+                return 1.0;
             }
             let inside = (target - sums[step]) / (sums[step + 1] - sums[step]);
-            at((step as f64 + inside) / STEPS as f64)
+            (step as f64 + inside) / STEPS as f64
         })
         .collect()
 }

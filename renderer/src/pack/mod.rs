@@ -260,13 +260,36 @@ pub(crate) fn pack_moving(world: &World) -> Result<(Packed, Option<Vec<Moved>>),
         tables,
         words,
     };
+    packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
+    place_eye(&mut packed)?;
+    Ok((packed, geometry.moved))
+}
+
+// The last step of all: a look at what is around the eye.
+fn place_eye(packed: &mut Packed) -> Result<(), PackError> {
     let camera = [packed.params.camera_eye, packed.params.camera_film];
     if camera.iter().any(|v| !v.is_finite()) {
         return Err(PackError::Camera);
     }
-    packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
-    packed.params.media = eye::media_around(&packed, packed.params.camera_eye.truncate());
-    Ok((packed, geometry.moved))
+    packed.params.media = eye::media_around(packed, packed.params.camera_eye.truncate());
+    Ok(())
+}
+
+/// Makes the arrays of another world those of `world`, from which nothing but the view differs.
+///
+/// # Errors
+/// [`PackError::Camera`].
+pub(crate) fn aim(packed: &mut Packed, world: &World) -> Result<(), PackError> {
+    const CAMERA: u32 = FEATURE_ORTHOGRAPHIC | FEATURE_PANORAMA | FEATURE_FISHEYE | FEATURE_BLADES;
+    let seen = params(world);
+    let params = &mut packed.params;
+    params.camera_x = seen.camera_x;
+    params.camera_y = seen.camera_y;
+    params.camera_z = seen.camera_z;
+    params.camera_eye = seen.camera_eye;
+    params.camera_film = seen.camera_film;
+    params.features = params.features & !CAMERA | seen.features & CAMERA;
+    place_eye(packed)
 }
 
 /// What comes from infinitely far away.
