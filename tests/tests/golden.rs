@@ -32,6 +32,7 @@ const EXAMPLES: &[(&str, i64)] = &[
     ("forest", 0),
     ("helmet", 0),
     ("robot", 30),
+    ("title", 170),
     ("dominoes", 100),
     ("pendulums", 70),
 ];
