@@ -158,6 +158,7 @@ pub fn glass(ior: f32, roughness: f32, flags: u32) -> Material {
 /// A coat over the material of that index, never metal.
 pub fn glossy(ior: f32, roughness: f32, base: u32) -> Material {
     Material {
+        color: Vec4::ONE,
         more: Vec4::W,
         lobe: Vec4::new(widths(roughness, 0.0).x, ior, roughness, 0.0),
         kind: UVec4::new(MATERIAL_GLOSSY, CHOICE, base, base),
