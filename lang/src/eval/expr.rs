@@ -7,7 +7,7 @@ use kinora_scene::{Binary, Unary};
 use smallvec::SmallVec;
 
 use crate::builtin::{self, Call};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Applicability, Diagnostic};
 use crate::dimension::{self, Dimension};
 use crate::eval::graph::Scalar;
 use crate::eval::limits;
@@ -66,7 +66,14 @@ impl<'a> Machine<'a> {
         match &expr.kind {
             ExprKind::Missing => Value::Error,
             ExprKind::Number(number) => self.literal(number, expr.span),
-            ExprKind::Color([r, g, b, _]) => {
+            ExprKind::Color([r, g, b, alpha]) => {
+                if *alpha != 255 {
+                    let diagnostic = Diagnostic::new("W0315", "the alpha of a colour has no effect")
+                        .primary(self.file(), expr.span, "the last two digits")
+                        .help("what lets light pass is a material's `opacity`")
+                        .fix(Applicability::Safe, "leave it out", self.file(), expr.span, &self.text(expr.span)[..7]);
+                    self.report(diagnostic);
+                }
                 Value::Color([*r, *g, *b].map(|c| builtin::srgb_to_linear(f64::from(c) / 255.0).into()))
             }
             ExprKind::Str(text) => Value::Text(text.clone()),

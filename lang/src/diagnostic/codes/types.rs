@@ -166,4 +166,11 @@ sphere ball { radius: list[0] }"#
         bad: scene!(r#"sphere ball { radius: -"a" }"#),
         good: scene!("sphere ball { radius: -(0 - 1) }"),
     },
+    Row {
+        code: "W0315",
+        title: "a colour has alpha",
+        text: "Colours are red, green and blue. How much light a surface lets past is said by its material.",
+        bad: scene!("sphere ball { material: diffuse { color: #ff800080 } }"),
+        good: scene!("sphere ball { material: diffuse { color: #ff8000, opacity: 50% } }"),
+    },
 ];
