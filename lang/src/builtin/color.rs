@@ -42,6 +42,7 @@ pub(super) fn linear(call: &mut Call<'_>) -> Value {
 
 /// v − v s max(0, min(k, 4 − k, 1)) with k = (n + hue / 60°) mod 6 for n = 5, 3, 1.
 pub(super) fn hsv(call: &mut Call<'_>) -> Value {
+    call.graph.work += 3;
     let hue = try_arg!(call.true_angle(0));
     let (s, v) = (try_arg!(call.plain(1)), try_arg!(call.plain(2)));
     let graph = &mut *call.graph;
@@ -62,6 +63,7 @@ pub(super) fn hsv(call: &mut Call<'_>) -> Value {
 
 /// Ottosson, "A perceptual color space for image processing" (2020).
 pub(super) fn oklch(call: &mut Call<'_>) -> Value {
+    call.graph.work += 3;
     let (l, c) = (try_arg!(call.plain(0)), try_arg!(call.plain(1)));
     let h = try_arg!(call.true_angle(2));
     Value::Color(from_oklch(call.graph, [l, c, h]))
@@ -113,6 +115,7 @@ pub fn to_oklch(graph: &mut Graph, rgb: [Scalar; 3]) -> [Scalar; 3] {
 }
 
 pub(super) fn blackbody(call: &mut Call<'_>) -> Value {
+    call.graph.work += 3;
     let kelvin = try_arg!(call.quantity(0, Dimension::TEMPERATURE));
     let span = call.place(0);
     let Some(kelvin) = kelvin.constant() else { return Value::Color(glowing(call.graph, kelvin)) };

@@ -42,7 +42,7 @@ pub struct Graph {
     curves: Vec<Keys<f64>>,
     turns: Vec<Keys<DQuat>>,
     known: HashMap<[u64; 4], u32>,
-    /// Steps that constant noise took, beside one a call; whoever counts steps takes them away.
+    /// Steps that noise and colours took, beside one a call; whoever counts steps takes them away.
     pub work: u64,
 }
 
@@ -110,7 +110,7 @@ impl Graph {
     /// Gradient noise at a point.
     pub fn noise(&mut self, at: [Scalar; 3]) -> Scalar {
         if let [Scalar::Const(x), Scalar::Const(y), Scalar::Const(z)] = at {
-            self.work += 1;
+            self.work += 2;
             return Scalar::Const(gradient_noise([x, y, z]));
         }
         let at = at.map(|part| self.register(part));
