@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
-use kinora_scene::{Projection, Scene, Shape, Shutter, Sky, SkyLight, Still, View, World};
+use kinora_scene::{Frame, Projection, Scene, Shape, Shutter, Sky, SkyLight, Still, View, World, corners};
 
 use crate::error::SampleError;
 
@@ -38,8 +38,11 @@ pub(crate) fn moments(
     let held = probes.last().and_then(|last| held_sky(first, last));
     drop(probes);
     let middles = (0..count).map(|k| {
-        let world = at((f64::from(k) + 0.5) / f64::from(count))?;
-        Ok(World { sky: held.clone().or_else(|| world.sky.clone()), ..world })
+        let mut world = at((f64::from(k) + 0.5) / f64::from(count))?;
+        if held.is_some() {
+            world.sky.clone_from(&held);
+        }
+        Ok(world)
     });
     Ok(Arc::new(middles.collect::<Result<Vec<World>, _>>()?))
 }
@@ -98,24 +101,17 @@ fn way_px(probes: &[World]) -> Option<f64> {
     }
     let eyes: Vec<DAffine3> = probes.iter().map(|world| world.view.world_from_camera.inverse()).collect();
     let mut longest: f64 = 0.0;
+    // The same points in every world.
     let mut follow = |points: &dyn Fn(&World) -> Option<Vec<DVec3>>| {
-        let seen: Vec<Option<Vec<Option<DVec3>>>> = probes
-            .iter()
-            .zip(&eyes)
-            .map(|(world, eye)| {
-                let points = points(world)?.into_iter();
-                Some(points.map(|point| pixel(world, eye.transform_point3(point))).collect())
-            })
-            .collect();
-        let mut ways: Vec<f64> = Vec::new();
-        for pair in seen.windows(2) {
-            let [Some(from), Some(to)] = pair else { continue };
-            ways.resize(ways.len().max(from.len()), 0.0);
-            for (way, pair) in ways.iter_mut().zip(from.iter().zip(to)) {
-                if let (Some(from), Some(to)) = pair {
-                    *way += from.distance(*to);
-                }
+        let (mut before, mut ways): (Vec<Option<DVec3>>, Vec<f64>) = Default::default();
+        for (world, eye) in probes.iter().zip(&eyes) {
+            let points = points(world).unwrap_or_default().into_iter();
+            let seen: Vec<Option<DVec3>> = points.map(|point| pixel(world, eye.transform_point3(point))).collect();
+            ways.resize(ways.len().max(seen.len()), 0.0);
+            for (way, (from, to)) in ways.iter_mut().zip(before.iter().zip(&seen)) {
+                *way += from.zip(*to).map_or(0.0, |(from, to)| from.distance(to));
             }
+            before = seen;
         }
         longest = ways.into_iter().fold(longest, f64::max);
     };
@@ -132,7 +128,7 @@ fn way_px(probes: &[World]) -> Option<f64> {
         let node = first.instances[i].node;
         follow(&|world| {
             let instance = world.instances.get(i).filter(|instance| instance.node == node)?;
-            let points = corners(&instance.shape)?;
+            let points = outline(&instance.shape)?;
             Some(points.into_iter().map(|point| instance.world_from_object.transform_point3(point)).collect())
         });
     }
@@ -145,7 +141,7 @@ fn way_px(probes: &[World]) -> Option<f64> {
                 let shapes = world.parts.get(copies.part)?.instances.iter().take(4);
                 let placed = |instance: &kinora_scene::Instance| {
                     let place = *place * instance.world_from_object;
-                    corners(&instance.shape).into_iter().flatten().map(move |point| place.transform_point3(point))
+                    outline(&instance.shape).into_iter().flatten().map(move |point| place.transform_point3(point))
                 };
                 Some(shapes.flat_map(placed).chain([place.translation]).collect())
             });
@@ -154,38 +150,23 @@ fn way_px(probes: &[World]) -> Option<f64> {
     Some(longest)
 }
 
-/// Corners of a box around a shape; `None` of an infinite one.
-fn corners(shape: &Shape<Still>) -> Option<Vec<DVec3>> {
-    let (low, high) = match shape {
-        Shape::Sphere { radius_m } => (DVec3::splat(-radius_m), DVec3::splat(*radius_m)),
-        Shape::Box { size_m } => (-0.5 * *size_m, 0.5 * *size_m),
-        Shape::Quad { frame, size_m } => {
-            let at = |x: f64, y: f64| frame.matrix() * (DVec2::new(x, y) * *size_m).extend(0.0);
-            return Some(vec![at(-0.5, -0.5), at(0.5, -0.5), at(-0.5, 0.5), at(0.5, 0.5)]);
-        }
+/// Points about a shape that go as far as it does; `None` of an infinite one.
+fn outline(shape: &Shape<Still>) -> Option<Vec<DVec3>> {
+    let flat = |frame: &Frame, at: [[f64; 2]; 4], size: DVec2| {
+        at.map(|[x, y]| frame.matrix() * (DVec2::new(x, y) * size).extend(0.0)).to_vec()
+    };
+    Some(match shape {
+        Shape::Quad { frame, size_m } => flat(frame, [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]], *size_m),
         Shape::Disk { frame, radius_m } => {
-            let at = |x: f64, y: f64| frame.matrix() * (DVec2::new(x, y) * *radius_m).extend(0.0);
-            return Some(vec![at(-1.0, 0.0), at(1.0, 0.0), at(0.0, -1.0), at(0.0, 1.0)]);
+            flat(frame, [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]], DVec2::splat(*radius_m))
         }
-        Shape::Cylinder { radius_m: r, height_m: h, .. }
-        | Shape::Cone { radius_m: r, height_m: h, .. }
-        | Shape::Capsule { radius_m: r, height_m: h, .. } => {
-            let corner = DVec3::new(*r, 0.5 * h, *r);
-            (-corner, corner)
-        }
-        Shape::Torus { radius_m, tube_m } => {
-            let corner = DVec3::new(radius_m + tube_m, *tube_m, radius_m + tube_m);
-            (-corner, corner)
-        }
-        Shape::Plane { .. } => return None,
         Shape::Mesh(mesh) => {
             // Some of its own points, which follow what bends it.
             let stride = mesh.positions.len().div_ceil(64).max(1);
-            return Some(mesh.positions.iter().step_by(stride).map(|point| point.as_dvec3()).collect());
+            mesh.positions.iter().step_by(stride).map(|point| point.as_dvec3()).collect()
         }
-    };
-    let pick = |i: usize, axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-    Some((0..8).map(|i| DVec3::new(pick(i, 0), pick(i, 1), pick(i, 2))).collect())
+        _ => corners(shape.half_size(|radius_m| Some(*radius_m))?).collect(),
+    })
 }
 
 /// Where a point of the camera's space is seen, in pixels and but for its origin; behind or far beside the picture, nowhere. Of a panorama and a

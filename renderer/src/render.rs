@@ -282,17 +282,9 @@ impl Renderer {
             let done = |share: f64| (f64::from(group) + share) / f64::from(groups);
             let go_on = |share: f64| control.keep_going(done(share));
             let Some(sums) = self.sums(film, Some(&own), pass, &go_on)? else { return Ok(None) };
-            for (i, at) in at.into_iter().enumerate() {
-                if let (Some(to), Some(from)) = (all.light.get_mut(at), sums.light.get(i)) {
-                    *to = *from;
-                }
-                if let (Some(to), Some(from)) = (all.parts.get_mut(at), sums.parts.get(i)) {
-                    *to = *from;
-                }
-                if let (Some(to), Some(from)) = (all.surveys.get_mut(at), sums.surveys.get(i)) {
-                    *to = *from;
-                }
-            }
+            scatter(&mut all.light, &at, &sums.light);
+            scatter(&mut all.parts, &at, &sums.parts);
+            scatter(&mut all.surveys, &at, &sums.surveys);
         }
         Ok(Some(all))
     }
@@ -353,5 +345,12 @@ impl Renderer {
             }
         }
         Ok(film)
+    }
+}
+
+// Puts values to their places; none where nobody wants them.
+fn scatter<T: Copy>(into: &mut [T], places: &[usize], values: &[T]) {
+    for (place, value) in places.iter().zip(values) {
+        into[*place] = *value;
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use kinora_scene::{Collider, Mesh, Shape, Still};
+use kinora_scene::{Collider, Mesh, Shape, Still, corners};
 use rapier3d::parry::transformation::vhacd::VHACDParameters;
 use rapier3d::prelude::{Pose, SharedShape, TriMeshFlags, Vector};
 
@@ -226,13 +226,6 @@ fn torus_ring(radius: f64, tube: f64, angle: f64, count: usize) -> Vec<DVec3> {
         turn * DVec3::new((radius + tube * cos).max(0.0), tube * sin, 0.0)
     };
     (0..count).map(point).collect()
-}
-
-fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
-    (0..8).map(move |i| {
-        let sign = |bit: i32| if i & bit == 0 { -1.0 } else { 1.0 };
-        half * DVec3::new(sign(1), sign(2), sign(4))
-    })
 }
 
 /// One shape about all parts.

@@ -441,6 +441,32 @@ pub enum Shape<R: Rate> {
     Mesh(Arc<Mesh>),
 }
 
+impl<R: Rate> Shape<R> {
+    /// Half of its extent along x, y and z about its own origin; `None` of planes, meshes, and where `known` does not tell a
+    /// sphere's radius.
+    pub fn half_size(&self, known: impl Fn(&R::Of<f64>) -> Option<f64>) -> Option<DVec3> {
+        match self {
+            Shape::Sphere { radius_m } => known(radius_m).map(DVec3::splat),
+            Shape::Box { size_m } => Some(0.5 * *size_m),
+            Shape::Quad { frame, size_m } => Some(0.5 * ((frame.x * size_m.x).abs() + (frame.y * size_m.y).abs())),
+            Shape::Disk { frame, radius_m } => {
+                Some(*radius_m * (DVec3::ONE - frame.z * frame.z).max(DVec3::ZERO).map(f64::sqrt))
+            }
+            Shape::Cylinder { radius_m, height_m, .. }
+            | Shape::Cone { radius_m, height_m, .. }
+            | Shape::Capsule { radius_m, height_m, .. } => Some(DVec3::new(*radius_m, 0.5 * height_m, *radius_m)),
+            Shape::Torus { radius_m, tube_m } => Some(DVec3::new(radius_m + tube_m, *tube_m, radius_m + tube_m)),
+            Shape::Plane { .. } | Shape::Mesh(_) => None,
+        }
+    }
+}
+
+/// The corners of a box about the origin, of half its size.
+pub fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
+    let sign = |bit: i32| if bit == 0 { -1.0 } else { 1.0 };
+    (0..8).map(move |i| half * DVec3::new(sign(i & 1), sign(i & 2), sign(i & 4)))
+}
+
 /// An orthonormal right-handed frame of a flat shape: u runs along x, v along y, z is the normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {

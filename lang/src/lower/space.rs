@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DAffine3, DVec2, DVec3};
-use kinora_scene::{Animated, Bsdf, Material, Node, Scene, Shape};
+use kinora_scene::{Animated, Bsdf, Material, Node, Scene, Shape, corners};
 
 use super::Lower;
 use crate::diagnostic::Diagnostic;
@@ -83,29 +83,9 @@ fn worlds(nodes: &[Node]) -> Vec<Option<DAffine3>> {
     worlds
 }
 
-/// Half the extent of a shape about its own origin; none where it has none or moves.
+/// As [`Shape::half_size`], of a shape that stays as it is.
 fn half_size(shape: &Shape<Animated>) -> Option<DVec3> {
-    match shape {
-        Shape::Sphere { radius_m } => radius_m.constant().map(|radius| DVec3::splat(*radius)),
-        Shape::Box { size_m } => Some(0.5 * *size_m),
-        Shape::Quad { frame, size_m } => Some(0.5 * ((frame.x * size_m.x).abs() + (frame.y * size_m.y).abs())),
-        Shape::Disk { frame, radius_m } => {
-            Some(*radius_m * (DVec3::ONE - frame.z * frame.z).max(DVec3::ZERO).map(f64::sqrt))
-        }
-        Shape::Cylinder { radius_m, height_m, .. }
-        | Shape::Cone { radius_m, height_m, .. }
-        | Shape::Capsule { radius_m, height_m, .. } => Some(DVec3::new(*radius_m, 0.5 * height_m, *radius_m)),
-        Shape::Torus { radius_m, tube_m } => Some(DVec3::new(radius_m + tube_m, *tube_m, radius_m + tube_m)),
-        Shape::Plane { .. } | Shape::Mesh(_) => None,
-    }
-}
-
-fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
-    (0..8).map(move |i| half * DVec3::new(sign(i & 1), sign(i & 2), sign(i & 4)))
-}
-
-fn sign(bit: i32) -> f64 {
-    if bit == 0 { -1.0 } else { 1.0 }
+    shape.half_size(|radius_m| radius_m.constant().copied())
 }
 
 /// Whether no light goes through each material.

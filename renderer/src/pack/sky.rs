@@ -13,9 +13,9 @@ use super::lights::luminance;
 /// A picture of all directions.
 struct Map {
     /// Texels in a row, rows.
-    pub size: [usize; 2],
+    size: [usize; 2],
     /// Row by row from the top; finite and 0 or more.
-    pub texels: Vec<Vec3>,
+    texels: Vec<Vec3>,
 }
 
 /// Most cells along a row; half as many rows. A cell of a larger map holds several texels.
@@ -251,13 +251,13 @@ const SUN_NODES: usize = 20;
 /// A computed sky under a sun of irradiance 1 above the air, and its sun.
 struct Computed {
     /// Without the disc.
-    pub map: Map,
+    map: Map,
     /// From the eye to the sun.
-    pub to_sun: DVec3,
+    to_sun: DVec3,
     /// Half angle of the sun's disc.
-    pub half_angle: f64,
+    half_angle: f64,
     /// W/m² of the disc on a surface that faces it; 0 below the horizon.
-    pub sun: Vec3,
+    sun: Vec3,
 }
 
 /// The sky when the sun stands so high above the horizon, so far from −z towards +x.
