@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use kinora_scene::{
-    Animated, Copied, Instance, Lamp, Light, LightKind, Node, Part, Placement, Scene, Shape, Shutter, Still, World,
+    Animated, Copied, Form, Instance, Lamp, Light, LightKind, Node, Part, Placement, Scene, Shape, Shutter, Still,
+    World,
 };
 
 use crate::{
@@ -143,9 +144,18 @@ impl Collected<'_> {
             if unknown(node.material) {
                 return Err(read.error("material", Fault::Dangling));
             }
-            let still = match &node.form {
-                Some(form) => Shape::Mesh(formed(read, form, find(self.poses, index, read, "clip")?, self.poses)?),
-                None => shape(read, geometry)?,
+            let form = |now: Now, form: &Form, poses: &[Pose]| {
+                let read = now.reader(Place::Node(index), &node.name);
+                formed(read, form, find(poses, index, read, "clip")?, poses)
+            };
+            let (still, next_mesh) = match (&node.form, self.next) {
+                (Some(bends), later) => {
+                    let mesh = form(self.now, bends, self.poses)?;
+                    let next = later.map(|later| form(later.now, bends, &later.poses)).transpose()?;
+                    let next = next.filter(|next| next.positions != mesh.positions);
+                    (Shape::Mesh(mesh), next)
+                }
+                (None, _) => (shape(read, geometry)?, None),
             };
             let next = match (next, &still) {
                 (Some(next), Shape::Sphere { radius_m }) => {
@@ -164,6 +174,7 @@ impl Collected<'_> {
                 shape: still,
                 world_from_object: place,
                 next,
+                next_mesh,
                 material: node.material,
             });
         }

@@ -66,6 +66,7 @@ pub const CASES: &[(&str, Case)] = &[
     ("colours computed at a point", computed),
     ("a map of stretches", stretched),
     ("copies move with their parts", copies_in_motion),
+    ("what bends moves by its triangles", bent_in_motion),
     ("a window has the pixels of the whole", windows),
     ("a transparent background has alpha", transparent),
     ("pixels that have enough are left out", adaptive),
@@ -109,7 +110,7 @@ pub fn add(world: &mut World, shape: Shape<Still>, world_from_object: DAffine3, 
     world.materials.push(material);
     let node = world.instances.len();
     let material = world.materials.len() - 1;
-    world.instances.push(Instance { node, shape, world_from_object, next: None, material });
+    world.instances.push(Instance { node, shape, world_from_object, next: None, next_mesh: None, material });
 }
 
 /// A metal without an edge tint.
@@ -696,6 +697,7 @@ fn written_out(w: &World) -> World {
                     shape: instance.shape.clone(),
                     world_from_object: at * instance.world_from_object,
                     next: instance.next.map(|inner| next * inner),
+                    next_mesh: instance.next_mesh.clone(),
                     material: material.unwrap_or(instance.material),
                 });
             }
@@ -1148,6 +1150,70 @@ fn unprojected(projection: &Projection<Still>, at: DVec2) -> Option<DVec3> {
             (at.length() < 0.5).then_some(DVec3::new(aside.x, -aside.y, -angle.cos()))
         }
     }
+}
+
+// A sheet whose right half is stretched and lifted, once by itself and once as a mirrored copy.
+fn bent_in_motion(renderer: &mut Renderer) {
+    let stretched = |p: DVec3| if p.x > 0.0 { DVec3::new(1.3 * p.x, p.y + 0.2 * p.x, 0.3 * p.x) } else { p };
+    let side = 5;
+    let at_grid = |i: usize| DVec3::new((i % side) as f64 - 2.0, (i / side) as f64 - 2.0, 0.0) * 0.4;
+    let sheet = |place: &dyn Fn(DVec3) -> DVec3| {
+        let corner = |x: usize, y: usize| (y * side + x) as u32;
+        let cells = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| (x, y)));
+        let triangles = cells.flat_map(|(x, y)| {
+            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        let positions = (0..side * side).map(|i| place(at_grid(i)).as_vec3()).collect();
+        Arc::new(Mesh { positions, triangles: triangles.collect(), ..Mesh::default() })
+    };
+    let mut w = world([64, 32], 1, front());
+    w.render.view = Shown::Albedo;
+    let mesh = sheet(&|p| p);
+    let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.4), DVec3::new(-1.1, 0.0, 0.0));
+    add(&mut w, Shape::Mesh(mesh.clone()), turn, emitter(Emission::Radiance(1.0)));
+    add(&mut w, Shape::Mesh(mesh), DAffine3::from_rotation_z(0.3), diffuse(0.5, 0.0));
+    let lifted = DAffine3::from_translation(DVec3::new(0.0, 0.1, 0.0));
+    let view = w.view.clone();
+    moving(&mut w, view, |i| if i == 0 { lifted } else { DAffine3::IDENTITY });
+    for instance in &mut w.instances {
+        instance.next_mesh = Some(sheet(&stretched));
+    }
+    let part = Part { instances: w.instances.split_off(1), ..Part::default() };
+    let own = part.instances[0].world_from_object;
+    let mirrored = DAffine3::from_scale_rotation_translation(
+        DVec3::new(-1.0, 1.0, 1.0),
+        DQuat::from_rotation_y(-0.3),
+        DVec3::new(1.1, 0.0, 0.0),
+    );
+    let (places, next) = (vec![mirrored], vec![lifted * mirrored]);
+    w.copies = vec![Copied { node: 7, first: 8, part: 0, places, next, material: None }];
+    w.parts = vec![part];
+
+    let film = survey(renderer, &w);
+    let (mut moved, mut stayed) = (0, 0);
+    for i in 0..64 * 32 {
+        let seen = film.seen(i).expect("layers");
+        let from = match seen.id {
+            0 => continue,
+            1 => turn,
+            _ => mirrored * own,
+        };
+        let p = seen.position.as_dvec3();
+        let object = from.inverse().transform_point3(p);
+        // Which half a point on the fold is in is a matter of rounding, and the same to both.
+        let to = (lifted * from).transform_point3(stretched(object));
+        let place = |p: DVec3| {
+            let into = w.view.world_from_camera.inverse();
+            projected(&w.view.projection, into.transform_point3(p), 2.0) * 32.0
+        };
+        let way = place(to) - place(p);
+        let got = film.motion(i).expect("motion").as_dvec2();
+        let off = (got - DVec2::new(way.x, -way.y)).length();
+        assert!(off < 2e-3, "pixel {i} of {} moves by {got}, not {way}", seen.id);
+        *(if object.x > 0.0 { &mut moved } else { &mut stayed }) += 1;
+    }
+    assert!(moved > 100 && stayed > 100, "{moved} pixels show what is stretched, {stayed} the rest");
 }
 
 // Copies that move as wholes, and a shape that moves within all of them, as if all were written out.

@@ -74,13 +74,19 @@ pub fn world_with(text: &str, files: &kinora_lang::files::Memory) -> kinora_scen
 /// # Panics
 /// The text has a mistake.
 pub fn world_at(text: &str, files: &kinora_lang::files::Memory, frame: i64) -> kinora_scene::World {
+    let scene = scene_of(text, files);
+    kinora_animator::sample(&scene, scene.clock.shutter_of(frame)).expect("the frame has a world")
+}
+
+/// A scene from its text, with its bodies' ways.
+///
+/// # Panics
+/// The text makes no scene, or there are warnings.
+pub fn scene_of(text: &str, files: &kinora_lang::files::Memory) -> kinora_scene::Scene {
     use kinora_lang::source::{FileId, Source};
     let source = Source::new(FileId(0), "test.kin", text);
     match kinora_lang::eval(&kinora_lang::parse(&source), files, &Default::default()) {
-        Ok(evaluated) if evaluated.warnings.is_empty() => {
-            let scene = baked(evaluated.scene);
-            kinora_animator::sample(&scene, scene.clock.shutter_of(frame)).expect("the frame has a world")
-        }
+        Ok(evaluated) if evaluated.warnings.is_empty() => baked(evaluated.scene),
         Ok(evaluated) => panic!("{text}\n{:?}", evaluated.warnings),
         Err(found) => panic!("{text}\n{found:?}"),
     }

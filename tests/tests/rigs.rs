@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 use kinora_lang::files::Memory;
 use kinora_scene::{LightKind, Mesh, Shape, World};
-use kinora_tests::world_at;
+use kinora_tests::{scene_of, world_at};
 use serde_json::{Value, json};
 
 /// Node, path, interpolation, times, numbers an element, values.
@@ -85,9 +85,7 @@ impl Document {
 
     /// The scene of a text at a time, with the document as `m.gltf`.
     fn at(&mut self, text: &str, millisecond: i64) -> World {
-        let text =
-            format!("lang 1\nrender {{ fps: 1000 }}\ncamera {{ position: (0, 0, 9) }}\nsky {{ color: #fff }}\n{text}");
-        world_at(&text, &self.files(), millisecond)
+        world_at(&around(text), &self.files(), millisecond)
     }
 
     fn files(&mut self) -> Memory {
@@ -105,6 +103,11 @@ impl Document {
         };
         found.into_iter().map(|found| (found.code, format!("{}; {}", found.message, found.helps.join("; ")))).collect()
     }
+}
+
+/// A scene with these lines, a frame a millisecond.
+fn around(text: &str) -> String {
+    format!("lang 1\nrender {{ fps: 1000 }}\ncamera {{ position: (0, 0, 9) }}\nsky {{ color: #fff }}\n{text}")
 }
 
 const TRIANGLE: [f64; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
@@ -198,6 +201,23 @@ fn skins_follow_their_joints() {
         let rest = doc.at("model a { file: \"m.gltf\" }\nmodel b { file: \"m.gltf\", position: (3, 0, 0) }", 500);
         let [(a, _), (b, _)] = &meshes(&rest)[..] else { panic!("two meshes") };
         assert!(Arc::ptr_eq(a, b));
+    }
+}
+
+#[test]
+fn what_bends_is_known_at_the_next_frame() {
+    let mut doc = skinned(false, true);
+    let text = "model m { file: \"m.gltf\", clip: \"Bend\" }\nmodel r { file: \"m.gltf\", position: (3, 0, 0) }";
+    let scene = scene_of(&around(text), &doc.files());
+    for ms in [0, 250, 999, 1000, 3000] {
+        let world = kinora_animator::sample_moving(&scene, scene.clock.shutter_of(ms)).unwrap();
+        let [moving, resting] = &world.instances[..] else { panic!("two meshes") };
+        let [(now, _), _] = &meshes(&world)[..] else { panic!("two meshes") };
+        let [(next, _), _] = &meshes(&doc.at(text, ms + 1))[..] else { panic!("two meshes") };
+        // After its last key a clip rests.
+        assert_eq!(moving.next_mesh.as_ref(), (ms < 1000).then_some(next), "{ms}");
+        assert!(ms >= 1000 || now.positions != next.positions);
+        assert_eq!(resting.next_mesh, None);
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Blades, Color, Light, Look, Material, Projection, Render, Shape, Shutter, Sky, SkyLight, Still};
+use crate::{Blades, Color, Light, Look, Material, Mesh, Projection, Render, Shape, Shutter, Sky, SkyLight, Still};
 
 /// What the renderer draws.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -110,6 +110,9 @@ pub struct Instance {
     /// The same at the next frame, a sphere's growth included; `None`: it stays.
     #[serde(default)]
     pub next: Option<DAffine3>,
+    /// Its mesh at the next frame, of the same triangles; `None`: it keeps its form.
+    #[serde(default)]
+    pub next_mesh: Option<Arc<Mesh>>,
     /// Index into [`World::materials`].
     pub material: usize,
 }

@@ -17,9 +17,10 @@ struct Features {
     position: vec3<f32>,
     /// 1 + the node's place in the scene, 0 where nothing is.
     id: u32,
-    /// The shape, and the copy that it is seen in or NONE.
+    /// The shape, the copy that it is seen in or NONE, and which primitive of the shape: of a mesh, the triangle.
     shape: u32,
     copied: u32,
+    primitive: u32,
 }
 
 /// What the camera's ray of one sample of a pixel meets.
@@ -63,6 +64,7 @@ fn features(pixel: vec2<u32>, sample: u32) -> Features {
         seen.position = s.p;
         seen.shape = s.shape;
         seen.copied = hit.instance;
+        seen.primitive = s.primitive;
         seen.id = shapes[select(hit.instance, s.shape, hit.instance == NONE)].index.w + 1u;
         return seen;
     }
@@ -78,7 +80,7 @@ struct FeatureSum {
     normal: vec4<f32>,
     /// w: id, a whole number.
     position: vec4<f32>,
-    /// Shape and copy, two whole numbers below 2¹⁶ each, the higher first.
+    /// The high 24 bits of shape, copy and primitive, then their low 8 bits together: whole numbers that a float holds.
     shape: vec4<f32>,
 }
 
@@ -91,8 +93,8 @@ fn features_add(sum: FeatureSum, pixel: vec2<u32>, sample: u32) -> FeatureSum {
     if sample == 0u {
         next.normal.w = seen.depth;
         next.position = vec4<f32>(seen.position, f32(seen.id));
-        let halves = vec4<u32>(seen.shape >> 16u, seen.shape & 0xffffu, seen.copied >> 16u, seen.copied & 0xffffu);
-        next.shape = vec4<f32>(halves);
+        let low = (seen.shape & 0xffu) << 16u | (seen.copied & 0xffu) << 8u | seen.primitive & 0xffu;
+        next.shape = vec4<f32>(vec4<u32>(seen.shape >> 8u, seen.copied >> 8u, seen.primitive >> 8u, low));
     }
     return next;
 }

@@ -81,6 +81,7 @@ fn follow(
             shape: instance.shape.clone(),
             world_from_object: place * instance.world_from_object,
             next: either(next, place, instance.next, instance.world_from_object),
+            next_mesh: instance.next_mesh.clone(),
             material: material.unwrap_or(instance.material),
         });
     }
@@ -179,7 +180,7 @@ pub fn add(
             index: UVec4::new(part as u32, 0, OTHER_INSTANCE, 0),
             ..Primitive::default()
         });
-        geometry.push(record, copy.place, copy.next);
+        geometry.push(record, copy.place, copy.next, None);
     }
     Ok(trees)
 }

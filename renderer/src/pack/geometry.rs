@@ -1,5 +1,7 @@
 //! Shapes as primitives of the tree, with their boxes and lights.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, UVec4, Vec3, Vec4};
 use kinora_kernel::generated::{
     EMITTER_BEAM, LIGHT_ELLIPSOID, LIGHT_PARALLELOGRAM, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE,
@@ -98,7 +100,11 @@ impl Geometry {
         if self.reads.get(instance.material).is_some_and(|reads| reads.local) {
             self.textures.local(self.shapes.len(), place);
         }
-        self.push(record, place, instance.next);
+        let meshes = match (&instance.shape, &instance.next_mesh) {
+            (Shape::Mesh(now), Some(next)) => Some([now.clone(), next.clone()]),
+            _ => None,
+        };
+        self.push(record, place, instance.next, meshes);
 
         let outside = self.bounds[first..].iter().any(|b| is_far(b.low) || is_far(b.high));
         let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
@@ -108,11 +114,18 @@ impl Geometry {
         Ok(())
     }
 
-    /// Adds the record of a shape that is placed by `from`, and by `next` at the next frame; `None`: it stays.
-    pub fn push(&mut self, record: PackedShape, from: DAffine3, next: Option<DAffine3>) {
+    /// Adds the record of a shape that is placed by `from`, and by `next` at the next frame; `None`: it stays. `meshes`: as
+    /// in [`Moved`].
+    pub fn push(
+        &mut self,
+        record: PackedShape,
+        from: DAffine3,
+        next: Option<DAffine3>,
+        meshes: Option<[Arc<Mesh>; 2]>,
+    ) {
         self.shapes.push(record);
         if let Some(moved) = &mut self.moved {
-            moved.push(Moved { from, to: next.unwrap_or(from) });
+            moved.push(Moved { from, to: next.unwrap_or(from), meshes });
         }
     }
 
@@ -153,7 +166,7 @@ impl Geometry {
         record.index = UVec4::new(black, self.lights.len() as u32, first_emitter, lamp.node as u32);
         self.add_sphere(shape, place);
         self.add_sphere_light(shape, place, Shining { power_per_m2: luminance(radiance), two_sided: false });
-        self.push(record, DAffine3::IDENTITY, lamp.next);
+        self.push(record, DAffine3::IDENTITY, lamp.next, None);
         match self.bounds.last() {
             Some(b) if is_far(b.low) || is_far(b.high) => Err(PackError::Coordinates { node: lamp.node }),
             _ => Ok(()),
