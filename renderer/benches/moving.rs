@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use glam::{Quat, Vec3, Vec3A};
 use kinora_kernel::Primitive;
 use kinora_kernel::query::{self, Bounds};
+use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
-use obvhs::BvhBuildParams;
 
 /// Triangles round the column, and along it.
 const AROUND: u32 = 500;

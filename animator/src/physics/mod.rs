@@ -154,6 +154,18 @@ pub fn bake(
     Ok(Some(Bake { overlaps: new.overlaps, not_kept, ..made(new.poses, false) }))
 }
 
+/// What a bake would say before its first step: pairs of nodes that are inside one another at 0 s, and how deep in metres.
+/// Nothing is looked for in scenes where that alone would take long: of very many bodies, or with large meshes that fall.
+///
+/// # Errors
+/// See [`BakeError`].
+pub fn overlaps(scene: &Scene) -> Result<Vec<([usize; 2], f64)>, BakeError> {
+    match plan(scene)? {
+        Some(plan) if plan.is_quick() => Ok(Simulator::new(&plan)?.overlaps()),
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// A new bake.
 struct New {
     poses: Vec<Pose>,
@@ -184,9 +196,7 @@ fn simulate(
         Some(simulator) => simulator,
         None => {
             let mut simulator = Simulator::new(plan)?;
-            let pairs = simulator.overlaps();
-            let node = |index: usize| plan.bodies[index].body.node;
-            new.overlaps = pairs.into_iter().map(|([a, b], depth)| ([node(a), node(b)], depth)).collect();
+            new.overlaps = simulator.overlaps();
             new.poses.extend(plan.moving().map(|index| simulator.pose(index)));
             simulator
         }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use kinora_scene::{Body, BodyKind, JointKind, Mass, Mesh, Placing, Scene, Shape, Simulation, Still};
+use kinora_scene::{Body, BodyKind, Collider, JointKind, Mass, Mesh, Placing, Scene, Shape, Simulation, Still};
 use serde::Serialize;
 
 use super::BakeError;
@@ -94,6 +94,23 @@ pub fn plan(scene: &Scene) -> Result<Option<Plan<'_>>, BakeError> {
     }
     let origin = if origin.is_finite() { origin } else { DVec3::ZERO };
     Ok(Some(Plan { scene, simulation, steps, origin, bodies, joints }))
+}
+
+/// How many bodies, and triangles of meshes to be taken apart into convex ones, are set up without one having to wait.
+const QUICK_BODIES: usize = 5_000;
+const QUICK_TRIANGLES: usize = 3_000;
+
+impl Plan<'_> {
+    /// Whether it is set up in a moment.
+    pub fn is_quick(&self) -> bool {
+        let apart =
+            self.bodies.iter().filter(|planned| dynamic(planned.body) && planned.body.collider == Collider::Auto);
+        let triangles = apart.flat_map(|planned| &planned.parts).map(|part| match &part.shape {
+            Shape::Mesh(mesh) => mesh.triangles.len(),
+            _ => 0,
+        });
+        self.bodies.len() <= QUICK_BODIES && triangles.sum::<usize>() <= QUICK_TRIANGLES
+    }
 }
 
 pub fn dynamic(body: &Body) -> bool {

@@ -248,7 +248,7 @@ impl<'p> Simulator<'p> {
         kinora_scene::Pose { position: pose.translation.to_array(), rotation: pose.rotation.to_array() }
     }
 
-    /// Bodies that are inside one another at the start, each pair once with how deep in metres.
+    /// Nodes of bodies that are inside one another at the start, each pair once with how deep in metres.
     pub fn overlaps(&mut self) -> Vec<([usize; 2], f64)> {
         self.world.detect_collisions(&(), &());
         let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -264,7 +264,9 @@ impl<'p> Simulator<'p> {
             found.remove(&[joint.a.min(joint.b), joint.a.max(joint.b)]);
         }
         let deep = |[a, b]: [usize; 2], depth: f64| depth > 1e-3 * self.size(a).min(self.size(b)).min(1.0);
-        found.into_iter().filter(|(pair, depth)| deep(*pair, *depth)).collect()
+        let node = |index: usize| self.plan.bodies[index].body.node;
+        let found = found.into_iter().filter(|(pair, depth)| deep(*pair, *depth));
+        found.map(|(pair, depth)| (pair.map(node), depth)).collect()
     }
 
     /// Half the extent of a body, in metres.

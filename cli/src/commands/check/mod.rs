@@ -112,6 +112,8 @@ fn check(args: &Args, file: &Path, id: FileId, changes: &Changes) -> Result<Chec
         }
     };
     let found = loaded.diagnostics.iter().cloned().chain(in_time(&loaded, args.frames));
+    #[cfg(feature = "physics")]
+    let found = found.chain(if args.no_assets { Vec::new() } else { loaded.bodies_at_start() });
     // Warnings that only assets give are not found without them.
     let found = found.filter(|found| !(args.no_assets && found.code == "W0903"));
     let found = found.filter_map(|found| loaded.levels.apply(found)).collect();
