@@ -287,6 +287,16 @@ fn t_lanes_memory(x: vec4<u32>) -> vec4<u32> {
     return vec4<u32>(sum, whole.list[x.x % 4u], bitcast<u32>(whole.m[x.y % 4u][x.z % 4u]), whole.v.w);
 }
 
+// Four neighbours are read at once; some reach past the end.
+fn t_lanes_neighbours(x: vec4<u32>) -> vec4<u32> {
+    let at = x.x % 40u;
+    let four = vec4<u32>(words[at], words[at + 1u], words[at + 2u], words[at + 3u]);
+    let turned = vec4<u32>(words[at + 1u], words[at], words[at + 2u], words[at + 3u]);
+    let others = vec4<u32>(words[x.y], words[x.y + 1u], words[x.y + 1u], words[x.y + 3u]);
+    return four + 3u * turned + 5u * others;
+}
+
+
 // bits exact
 fn t_lanes_conditions(x: vec4<u32>) -> vec4<u32> {
     var count = 0u;

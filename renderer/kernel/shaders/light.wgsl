@@ -262,34 +262,41 @@ fn sin_of(cosine: f32) -> f32 {
 }
 
 // At most how much light the child of the tree at word `at` brings to `p`: onto a surface with the normal `n`, or any one
-// if that is 0. Child: centre of its ball, radius², W/sr, axis of its normals (octahedral), cosines of their spread and of
+// if that is 0. Child: centre of its ball, radius, W/sr, axis of its normals (octahedral), cosines of their spread and of
 // how far from a normal light is sent (as `unpack2x16snorm`), what it is.
 fn light_importance(at: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
-    let from_centre = p - vec3<f32>(word_float(at), word_float(at + 1u), word_float(at + 2u));
-    let radius_2 = word_float(at + 3u);
-    let intensity = word_float(at + 4u);
+    let ball_of_child = bitcast<vec4<f32>>(words_from(at));
+    let light = words_from(at + 4u);
+    let from_centre = p - ball_of_child.xyz;
+    let radius = ball_of_child.w;
+    let intensity = bitcast<f32>(light.x);
     let distance_2 = dot(from_centre, from_centre);
-    if distance_2 <= radius_2 {
-        return intensity / radius_2;
+    if distance_2 <= radius * radius {
+        return intensity / (radius * radius);
     }
-    let d = from_centre / sqrt(distance_2);
-    let sin2_ball = radius_2 / distance_2;
-    let ball = vec2<f32>(sqrt(1.0 - sin2_ball), sqrt(sin2_ball));
-    let cosines = unpack2x16snorm(words[at + 6u]);
+    // Roots and divisions are what costs here.
+    let inverse_2 = 1.0 / distance_2;
+    let inverse = sqrt(inverse_2);
+    let d = inverse * from_centre;
+    let sin_ball = radius * inverse;
+    let ball = vec2<f32>(sin_of(sin_ball), sin_ball);
+    let cosines = unpack2x16snorm(light.z);
     var sent = 1.0;
     // Else it shines to all sides.
     if cosines.x > -1.0 {
-        let along = dot(decode_normal(words[at + 5u]), d);
-        let off_axis = clamp(select(along, abs(along), (words[at + 7u] & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
-        let theta = vec2<f32>(off_axis, sin_of(off_axis));
-        let spread = vec2<f32>(cosines.x, sin_of(cosines.x));
-        let off_cone = cos_less(theta, spread);
-        sent = cos_less(vec2<f32>(off_cone, sin_of(off_cone)), ball);
+        let along = dot(decode_normal(light.y), d);
+        let off_axis = clamp(select(along, abs(along), (light.w & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
+        var off_cone = vec2<f32>(1.0, 0.0);
+        if off_axis < cosines.x {
+            let sines = vec2<f32>(sin_of(off_axis), sin_of(cosines.x));
+            off_cone = vec2<f32>(off_axis * cosines.x + sines.x * sines.y, sines.x * cosines.x - off_axis * sines.y);
+        }
+        sent = cos_less(off_cone, ball);
         if sent <= cosines.y {
             return 0.0;
         }
     }
-    var importance = intensity * max(sent, 1e-3) / distance_2;
+    var importance = intensity * max(sent, 1e-3) * inverse_2;
     if dot(n, n) > 0.0 {
         let facing = clamp(-dot(n, d), -1.0, 1.0);
         importance *= max(0.0, cos_less(vec2<f32>(facing, sin_of(facing)), ball));
@@ -303,15 +310,15 @@ fn light_tree_choose(p: vec3<f32>, n: vec3<f32>, u: ptr<function, f32>) -> Choic
     var chance = 1.0;
     for (var level = 0u; level < TREE_LEVELS; level++) {
         let first = light_importance(at, p, n);
-        let second = light_importance(at + TREE_CHILD, p, n);
-        let sum = first + second;
+        let sum = first + light_importance(at + TREE_CHILD, p, n);
         if !(sum > 0.0) {
             return Choice(0u, 0.0);
         }
         let share = first / sum;
         let is_first = *u < share;
-        *u = clamp(select((*u - share) / (1.0 - share), *u / share, is_first), 0.0, 0.99999994);
-        chance *= select(second, first, is_first) / sum;
+        let part = select(1.0 - share, share, is_first);
+        *u = clamp(select(*u - share, *u, is_first) / part, 0.0, 0.99999994);
+        chance *= part;
         let child = words[at + select(TREE_CHILD, 0u, is_first) + 7u];
         if (child & TREE_LIGHT) != 0u {
             return Choice(child & ~(TREE_LIGHT | TREE_TWO_SIDED), chance);
@@ -328,13 +335,13 @@ fn light_tree_chance(light: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
     var chance = 1.0;
     for (var level = 0u; level < TREE_LEVELS; level++) {
         let first = light_importance(at, p, n);
-        let second = light_importance(at + TREE_CHILD, p, n);
-        let sum = first + second;
+        let sum = first + light_importance(at + TREE_CHILD, p, n);
         if !(sum > 0.0) {
             return 0.0;
         }
         let is_first = (way & 1u) == 0u;
-        chance *= select(second, first, is_first) / sum;
+        let share = first / sum;
+        chance *= select(1.0 - share, share, is_first);
         let child = words[at + select(TREE_CHILD, 0u, is_first) + 7u];
         if (child & TREE_LIGHT) != 0u {
             return chance;

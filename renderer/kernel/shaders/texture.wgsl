@@ -93,7 +93,7 @@ fn word_pair(i: u32) -> vec2<f32> {
 }
 
 fn word_color(i: u32) -> vec4<f32> {
-    return vec4<f32>(word_float(i), word_float(i + 1u), word_float(i + 2u), word_float(i + 3u));
+    return bitcast<vec4<f32>>(words_from(i));
 }
 
 // The vertices of a triangle of a mesh.

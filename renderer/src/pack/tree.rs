@@ -77,7 +77,7 @@ fn write((reach, child): (Reach, u32), words: &mut [u32]) {
     let far = centre.abs().max_element() * 1e-6;
     let radius = 0.5 * (reach.high - reach.low).length() * 1.0001 + far + 1e-18;
     let [x, y, z] = centre.as_vec3().to_array();
-    let floats = [x, y, z, (radius * radius) as f32, reach.intensity as f32];
+    let floats = [x, y, z, radius as f32, reach.intensity as f32];
     for (word, value) in words.iter_mut().zip(floats) {
         *word = value.to_bits();
     }

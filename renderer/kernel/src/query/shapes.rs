@@ -69,9 +69,9 @@ pub fn flats<L: Lanes, const N: usize>(ray: Probe<L>, corners: [[L; 3]; N], t_ma
     Some(LaneHits { mask: L::and_not(L::or(outside, flat), mask), t, u, v })
 }
 
-/// `hit_sphere`, in 0 < t <= t_max: `rows` are those of the map to the unit sphere.
+/// `hit_sphere`, in 0 < t <= t_max: `rows` are those of the map to the unit sphere; `None` where all rays pass by.
 #[inline(always)]
-pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t_max: L) -> LaneHits<L> {
+pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t_max: L) -> Option<LaneHits<L>> {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let (mut f, mut v) = ([zero; 3], [zero; 3]);
     for i in 0..3 {
@@ -84,6 +84,10 @@ pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t
     let along = b.div(a);
     let nearest = [f[0].add(along.mul(v[0])), f[1].add(along.mul(v[1])), f[2].add(along.mul(v[2]))];
     let discriminant = one.sub(dot(nearest, nearest));
+    let beside = discriminant.lt(zero);
+    if L::bits(beside) == ((1_u64 << L::COUNT) - 1) as u32 {
+        return None;
+    }
     let root = a.mul(discriminant).sqrt();
     let q = L::select(b.add(root), b.sub(root), b.lt(zero));
     let c = dot(f, f).sub(one);
@@ -92,8 +96,8 @@ pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t
     let (near, far) = (L::select(first, second, swap), L::select(second, first, swap));
     let t = L::select(far, near, L::and_not(starts_on, zero.lt(near)));
     let mask = L::and(zero.lt(t), t.le(t_max));
-    let mask = L::and_not(L::or(discriminant.lt(zero), L::and(starts_on, b.le(zero))), mask);
-    LaneHits { mask, t, u: zero, v: zero }
+    let mask = L::and_not(L::or(beside, L::and(starts_on, b.le(zero))), mask);
+    Some(LaneHits { mask, t, u: zero, v: zero })
 }
 
 /// Hits of what lanes do not do together, in 0 < t <= t_max: `hit` gives that of one lane, FAR where there is none.

@@ -149,7 +149,7 @@ fn primitive<L: Lanes>(
                     lanes[axis][column] = L::splat(rows[axis][column].0[lane]);
                 }
             }
-            Some((spheres(ray, lanes, own.same_bits(start), t_max), own))
+            Some((spheres(ray, lanes, own.same_bits(start), t_max)?, own))
         }
         _ => {
             let (rows, rest) = rows.split_first_chunk::<12>()?;

@@ -226,7 +226,7 @@ fn leaf<'a, L: Eight, const N: usize>(
                     lanes[axis][column] = L::load(&rows[axis][column].0);
                 }
             }
-            return Some((spheres(ray, lanes, L::load(&ids.0).same_bits(start), t_max), ids));
+            return Some((spheres(ray, lanes, L::load(&ids.0).same_bits(start), t_max)?, ids));
         }
         _ => return None,
     };

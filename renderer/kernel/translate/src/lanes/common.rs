@@ -46,6 +46,24 @@
         }
     }
 
+    /// Four elements of a slice from an index on for each lane of `mask`, each past the end made the last.
+    #[lanes]
+    pub fn fours(mask: M, slice: &[u32], index: U) -> V4<U> {
+        let last = u32::try_from(slice.len().saturating_sub(4)).unwrap_or(u32::MAX);
+        let inside = index.le(U::splat(last));
+        if slice.len() >= 4 && mask.and_not(inside).none() {
+            let index = index.min(U::splat(last)).to_array();
+            // SAFETY: every index leaves three elements behind it.
+            let four = |k: usize| unsafe { slice.as_ptr().add(index[k % LANES] as usize).cast::<[u32; 4]>().read() };
+            return V4::<U>::gather(|k| glam::UVec4::from_array(four(k)));
+        }
+        let element = |i: u32| {
+            let rows = Rows::new(slice, index.add(U::splat(i)));
+            U::gather(|k| *rows.at(k))
+        };
+        V4 { x: element(0), y: element(1), z: element(2), w: element(3) }
+    }
+
     /// The index that all lanes of `mask` have, made the last of `count` where it is past the end.
     #[lanes]
     fn shared(mask: M, index: U, count: usize) -> Option<usize> {

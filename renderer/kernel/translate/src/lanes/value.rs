@@ -5,8 +5,8 @@
 use std::collections::HashMap;
 
 use naga::{
-    ArraySize, BinaryOperator, Expression, Handle, LocalVariable, MathFunction, RelationalFunction, Scalar, ScalarKind,
-    Type, TypeInner, UnaryOperator, proc::TypeResolution,
+    ArraySize, BinaryOperator, Expression, Handle, Literal, LocalVariable, MathFunction, RelationalFunction, Scalar,
+    ScalarKind, Type, TypeInner, UnaryOperator, proc::TypeResolution,
 };
 
 use super::uniform::{Uniform, root_of};
@@ -230,6 +230,9 @@ impl<'a> Lanes<'a> {
                 Self::whole(inner, &parts?)
             }
             ref inner => {
+                if let Some((slice, index)) = self.neighbours(components)? {
+                    return Ok(format!("w::fours({}, {slice}, {index}.bits_uint())", self.mask));
+                }
                 let mut parts = Vec::new();
                 for &component in components {
                     let width = Self::width(&self.inner(component));
@@ -238,6 +241,40 @@ impl<'a> Lanes<'a> {
                 Self::whole(inner, &parts)
             }
         }
+    }
+
+    /// The slice and the first index, where four components are neighbours in a slice of whole numbers: `v[i]`, `v[i + 1]` and
+    /// so on. Lanes read each such row at once.
+    fn neighbours(&mut self, components: &[Handle<Expression>]) -> Result<Option<(String, String)>, Reason> {
+        let (function, module) = (self.scalar.function, self.scalar.module);
+        let place = |component: Handle<Expression>| {
+            let Expression::Load { pointer } = function.expressions[component] else { return None };
+            let Expression::Access { base, index } = function.expressions[pointer] else { return None };
+            let Expression::GlobalVariable(global) = function.expressions[base] else { return None };
+            let TypeInner::Array { base, size: ArraySize::Dynamic, .. } =
+                module.types[module.global_variables[global].ty].inner
+            else {
+                return None;
+            };
+            (module.types[base].inner == TypeInner::Scalar(Scalar::U32)).then_some((global, index))
+        };
+        let &[first, ref rest @ ..] = components else { return Ok(None) };
+        let Some((slice, first)) = place(first) else { return Ok(None) };
+        let follows = |(i, &component): (u32, &Handle<Expression>)| {
+            place(component).is_some_and(|(global, index)| match function.expressions[index] {
+                Expression::Binary { op: BinaryOperator::Add, left, right } => {
+                    let step = Expression::Literal(Literal::U32(i));
+                    global == slice && left == first && function.expressions[right] == step
+                }
+                _ => false,
+            })
+        };
+        if rest.len() != 3 || !self.varies(first) || !(1..).zip(rest).all(follows) {
+            return Ok(None);
+        }
+        let name = self.scalar.items.globals.get(&slice).ok_or("a binding that is not there")?;
+        let index = self.value(first)?;
+        Ok(Some((format!("self.0.{name}"), index)))
     }
 
     /// `accept` where the index is `i` for each element but the last, which is also read past the end.
