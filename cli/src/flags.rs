@@ -120,7 +120,8 @@ impl clap::FromArgMatches for LevelFlags {
     }
 }
 
-fn pair(text: &str) -> Result<(String, String), String> {
+/// A name and a value, as in `-D name=value`.
+pub fn pair(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().into(), value.trim().into())),
         _ => Err("write a name, `=` and a value".into()),
@@ -192,13 +193,13 @@ mod picture {
         }
     }
 
-    impl PictureFlags {
-        /// Opens the backend.
+    impl BackendName {
+        /// Opens the backend, with so many threads if it is the CPU.
         ///
         /// # Errors
         /// There is no such device.
-        pub fn open(&self) -> Result<Box<dyn Backend>, BackendError> {
-            let choice = match self.backend {
+        pub fn open(self, threads: usize) -> Result<Box<dyn Backend>, BackendError> {
+            let choice = match self {
                 BackendName::Auto => Choice::Auto,
                 BackendName::Gpu => Choice::Gpu,
                 BackendName::Cpu => Choice::Cpu,
@@ -207,7 +208,17 @@ mod picture {
                 BackendName::Dx12 => Choice::Api(Api::Dx12),
                 BackendName::Gl => Choice::Api(Api::Gl),
             };
-            kinora_renderer::open(choice, Options { threads: self.threads, checks: gpu_checks() })
+            kinora_renderer::open(choice, Options { threads, checks: gpu_checks() })
+        }
+    }
+
+    impl PictureFlags {
+        /// Opens the backend.
+        ///
+        /// # Errors
+        /// There is no such device.
+        pub fn open(&self) -> Result<Box<dyn Backend>, BackendError> {
+            self.backend.open(self.threads)
         }
     }
 
@@ -219,7 +230,8 @@ mod picture {
         }
     }
 
-    fn size(text: &str) -> Result<[u32; 2], String> {
+    /// Width and height in pixels, as in `--size 640x360`.
+    pub fn size(text: &str) -> Result<[u32; 2], String> {
         let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
         let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([side(w)?, side(h)?]));
         sides.ok_or_else(|| "write width x height, each 1 to 16384: 640x360".into())

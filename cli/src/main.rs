@@ -12,6 +12,8 @@ mod flags;
 #[cfg(feature = "render")]
 mod frames;
 #[cfg(feature = "render")]
+mod likeness;
+#[cfg(feature = "render")]
 mod memory;
 mod paths;
 #[cfg(feature = "render")]
@@ -68,6 +70,12 @@ enum Command {
     Params(commands::params::Args),
     Explain(commands::explain::Args),
     Info(commands::info::Args),
+    #[cfg(feature = "render")]
+    Test(commands::test::Args),
+    #[cfg(feature = "render")]
+    Diff(commands::diff::Args),
+    Completions(commands::completions::Args),
+    Man(commands::man::Args),
 }
 
 fn main() -> ExitCode {
@@ -111,6 +119,12 @@ fn run(command: Command) -> Outcome {
         Command::Params(args) => commands::params::run(&args),
         Command::Explain(args) => commands::explain::run(&args),
         Command::Info(args) => commands::info::run(&args),
+        #[cfg(feature = "render")]
+        Command::Test(args) => commands::test::run(&args),
+        #[cfg(feature = "render")]
+        Command::Diff(args) => commands::diff::run(&args),
+        Command::Completions(args) => commands::completions::run(&args, Cli::command()),
+        Command::Man(args) => commands::man::run(&args, Cli::command()),
     }
 }
 

@@ -111,14 +111,17 @@ impl Progress {
         }
     }
 
-    /// Says what became of it, to those who watched.
+    /// Says what became of it, to those who watched; nothing if that is empty.
     pub fn end(self, summary: impl FnOnce() -> String) {
         let Some(lines) = self.0 else { return };
         lines.picture.finish_and_clear();
         if let Some(whole) = lines.whole {
             whole.bar.finish_and_clear();
         }
-        terminal::err(&format!("{}\n", summary()));
+        let text = summary();
+        if !text.is_empty() {
+            terminal::err(&format!("{text}\n"));
+        }
     }
 }
 

@@ -240,3 +240,24 @@ fn a_reader_that_leaves_is_no_error() {
     drop(child.stdout.take());
     Ran::from("explain --all", child.wait_with_output().unwrap()).check(0, &[]);
 }
+
+#[test]
+fn shells_and_manuals() {
+    let folder = Folder::new();
+    for (shell, piece) in [
+        ("bash", "complete -F _kinora"),
+        ("zsh", "#compdef kinora"),
+        ("fish", "complete -c kinora"),
+        ("powershell", "Register-ArgumentCompleter"),
+        ("nushell", "export extern kinora"),
+    ] {
+        let ran = folder.run(&format!("completions {shell}")).check(0, &[]);
+        assert!(ran.out.contains(piece) && ran.out.contains("explain"), "{shell}: {}", ran.out);
+    }
+    folder.run("completions csh").check(2, &["invalid value 'csh'"]);
+    assert!(folder.run("man").check(0, &[]).out.contains(".TH kinora 1"));
+    folder.run("man -o manual/pages").check(0, &[]);
+    let page = String::from_utf8(folder.read("manual/pages/kinora-check.1")).unwrap();
+    assert!(page.contains(".TH kinora-check 1") && page.contains("deny"), "{page}");
+    assert!(folder.names("manual/pages").contains(&"kinora.1".to_string()));
+}

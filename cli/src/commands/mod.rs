@@ -5,10 +5,16 @@ pub mod animate;
 #[cfg(feature = "physics")]
 pub mod bake;
 pub mod check;
+pub mod completions;
+#[cfg(feature = "render")]
+pub mod diff;
 pub mod explain;
 pub mod fmt;
 pub mod info;
 pub mod inspect;
+pub mod man;
 pub mod params;
 #[cfg(feature = "render")]
 pub mod render;
+#[cfg(feature = "render")]
+pub mod test;

@@ -49,7 +49,7 @@ fn suite(report: &Report<'_>, file: &str) -> String {
 }
 
 /// As XML may have it: control characters are not allowed in it at all.
-fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let one = |character: char| match character {
         '&' => "&amp;".to_string(),
         '<' => "&lt;".to_string(),

@@ -7,6 +7,8 @@ mod sarif;
 
 pub use github::{github, summary};
 pub use gitlab::gitlab;
+#[cfg(feature = "render")]
+pub use junit::escaped;
 pub use junit::junit;
 pub use sarif::sarif;
 
