@@ -74,6 +74,7 @@ enum Command {
     Test(commands::test::Args),
     #[cfg(feature = "render")]
     Diff(commands::diff::Args),
+    New(commands::new::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -123,6 +124,7 @@ fn run(command: Command) -> Outcome {
         Command::Test(args) => commands::test::run(&args),
         #[cfg(feature = "render")]
         Command::Diff(args) => commands::diff::run(&args),
+        Command::New(args) => commands::new::run(&args),
         Command::Completions(args) => commands::completions::run(&args, Cli::command()),
         Command::Man(args) => commands::man::run(&args, Cli::command()),
     }

@@ -13,6 +13,7 @@ pub mod fmt;
 pub mod info;
 pub mod inspect;
 pub mod man;
+pub mod new;
 pub mod params;
 #[cfg(feature = "render")]
 pub mod render;

@@ -89,6 +89,22 @@ enum Fault {
     Over(Outcome),
 }
 
+/// Makes the references of one scene, on the CPU, without a word.
+///
+/// # Errors
+/// As of the command.
+pub fn bless(scene: &Path) -> Outcome {
+    let files = FileFlags {
+        paths: vec![scene.to_path_buf()],
+        exclude: Vec::new(),
+        force_exclude: false,
+        no_ignore: true,
+        allow_empty: false,
+    };
+    let (backend, threads) = (BackendName::Cpu, 0);
+    run(&Args { files, bless: true, html: None, junit: None, quiet: true, backend, threads })
+}
+
 pub fn run(args: &Args) -> Outcome {
     let files = args.files.find()?;
     if files.iter().any(|file| file == Path::new("-")) {
