@@ -83,7 +83,7 @@ fn claim(line: usize, text: &str) -> Result<Claim, String> {
             "error" => claim.error = Some(limit(word, value)?),
             _ => {
                 let way_out = match suggest(word, WORDS).as_slice() {
-                    close if close.is_empty() => format!("it knows {}", WORDS.join(", ")),
+                    [] => format!("it knows {}", WORDS.join(", ")),
                     close => format!("did you mean `{}`?", close.join("` or `")),
                 };
                 return Err(format!("`{word}` is not known here; {way_out}"));
