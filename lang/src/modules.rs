@@ -70,6 +70,10 @@ impl Modules {
             notes.push(format!("{which}imported by {}, line {line}", source.name));
             at = Some(importer);
         }
+        // Of a long way the ends.
+        if let Some(more @ 2..) = notes.len().checked_sub(4) {
+            notes.splice(3..3 + more, [format!("and so on, {more} files more")]);
+        }
         found.notes.append(&mut notes);
     }
 }

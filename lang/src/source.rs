@@ -4,6 +4,7 @@
 //! message is shown or an editor asks. CRLF stays as it is, so that an offset means the same in the file on disk.
 
 use crate::diagnostic::Diagnostic;
+use crate::syntax::words;
 use std::sync::Arc;
 
 /// Which file of a compilation a span lies in: an index into its list of sources.
@@ -192,6 +193,13 @@ impl Texts {
     pub fn slice(&self, span: Span) -> &str {
         let (base, source) = self.part(span.start);
         source.slice(Span::new(span.start - base, span.end.max(base) - base))
+    }
+
+    /// Where a word stands in the text that a place lies in, outside of strings and comments.
+    pub fn words(&self, offset: u32, word: &str) -> Vec<Span> {
+        let (base, source) = self.part(offset);
+        let place = |at: usize| Span::new(base + at as u32, base + (at + word.len()) as u32);
+        words(&source.text, word).into_iter().map(place).collect()
     }
 
     /// A place as people count it, in its own text.

@@ -23,7 +23,6 @@ const FOREIGN: &[(&str, &str)] = &[
     ("phong", "glossy"),
     ("plastic", "glossy"),
     ("conductor", "metal"),
-    ("ggx", "metal"),
     ("glass", "dielectric"),
     ("coat", "glossy"),
     ("silver", "Ag"),
@@ -83,9 +82,44 @@ const FOREIGN: &[(&str, &str)] = &[
     ("spp", "samples"),
     ("max_depth", "max_bounces"),
     ("depth", "max_bounces"),
+    ("depth", "size"),
     ("bounces", "max_bounces"),
     ("width", "resolution"),
+    ("width", "size"),
     ("height", "resolution"),
+    ("height", "size"),
+    ("length", "height"),
+    ("length", "size"),
+    ("image_size", "resolution"),
+    ("size", "resolution"),
+    ("tone_mapping", "tonemap"),
+    ("tone_map", "tonemap"),
+    ("frame_rate", "fps"),
+    ("framerate", "fps"),
+    ("pos", "position"),
+    ("rot", "rotation"),
+    ("n", "ior"),
+    ("mat", "material"),
+    ("shader", "material"),
+    ("texture", "material"),
+    ("major_radius", "radius"),
+    ("minor_radius", "tube"),
+    ("tube_radius", "tube"),
+    ("metallic", "metalness"),
+    ("alpha", "opacity"),
+    ("transparency", "opacity"),
+    ("bump", "normal"),
+    ("normals", "normal"),
+    ("brightness", "strength"),
+    ("brightness", "radiance"),
+    ("intensity", "radiance"),
+    ("intensity", "power"),
+    ("energy", "power"),
+    ("watts", "power"),
+    ("weight", "mass"),
+    ("bounce", "restitution"),
+    ("bounciness", "restitution"),
+    ("elasticity", "restitution"),
     ("intensity", "strength"),
     ("focal_distance", "focus"),
     ("focus_distance", "focus"),
@@ -112,6 +146,82 @@ const FOREIGN: &[(&str, &str)] = &[
     ("sec", "s"),
     ("frames", "f"),
 ];
+
+/// Names of [`FOREIGN`] that mean another quantity or take another type there than here: a fix leaves the value to do.
+const UNLIKE: &[&str] = &[
+    "rotate", "rot", "orientation", "diameter", "hidden", "lens_radius", "width", "height", "depth", "length", "size",
+    "texture", "shader", "transparency", "bump", "intensity", "brightness", "max_depth", "tint", "n",
+];
+
+/// Words that other programs have for values, and what to write here: pi and what is true, and the colours of the web.
+const VALUES: &[(&str, &str)] = &[
+    ("yes", "true"),
+    ("on", "true"),
+    ("True", "true"),
+    ("TRUE", "true"),
+    ("no", "false"),
+    ("off", "false"),
+    ("False", "false"),
+    ("FALSE", "false"),
+    ("red", "#ff0000"),
+    ("green", "#008000"),
+    ("lime", "#00ff00"),
+    ("blue", "#0000ff"),
+    ("white", "#ffffff"),
+    ("black", "#000000"),
+    ("gray", "#808080"),
+    ("grey", "#808080"),
+    ("silver", "#c0c0c0"),
+    ("yellow", "#ffff00"),
+    ("orange", "#ffa500"),
+    ("cyan", "#00ffff"),
+    ("magenta", "#ff00ff"),
+    ("purple", "#800080"),
+    ("pink", "#ffc0cb"),
+    ("brown", "#a52a2a"),
+    ("navy", "#000080"),
+    ("teal", "#008080"),
+];
+
+/// What other programs have a word for that this one writes as a value of its own.
+///
+/// ```
+/// use kinora_lang::suggest::value_for;
+/// assert_eq!(value_for("yes"), Some("true"));
+/// assert_eq!(value_for("Red"), Some("#ff0000"));
+/// ```
+pub fn value_for(word: &str) -> Option<&'static str> {
+    let same = |(name, _): &&(&str, &str)| *name == word || name.eq_ignore_ascii_case(word);
+    VALUES.iter().find(same).map(|(_, value)| *value)
+}
+
+/// What other programs have a kind of node for and this one has not, with what comes nearest.
+const NEAREST: &[(&[&str], &str)] = &[
+    (&["union", "merge", "blob"], "shapes may overlap as they are: put them into a `group`"),
+    (
+        &["difference", "intersection", "subtract", "csg", "clipped_by", "bounded_by"],
+        "solids are not cut: make the shape in a modeller and read it as a `mesh`, or make it of parts",
+    ),
+    (
+        &["fog", "media", "volume", "medium", "smoke", "atmosphere"],
+        "there are no clouds and fogs: a `dielectric` with `attenuation_color` absorbs, and `sky { model: nishita }` \
+            is the air",
+    ),
+    (
+        &["isosurface", "sor", "lathe", "prism", "superellipsoid", "sphere_sweep", "bicubic_patch", "poly", "quadric", "text", "sdf"],
+        "make it as a `mesh`, of a file or of `positions` and `indices` that are computed",
+    ),
+    (&["height_field", "heightfield", "terrain"], "compute the `positions` and `indices` of a `mesh` in a list"),
+    (&["triangle", "polygon", "mesh2", "smooth_triangle"], "write `mesh { positions: [..], indices: [..] }`"),
+    (&["object", "transform", "node", "shape"], "name the shape itself, such as `sphere`; several are a `group`"),
+    (&["material", "bsdf", "texture", "pigment", "finish"], "name what it is made of: `diffuse`, `metal`, `dielectric`, `glossy`"),
+    (&["scene", "world", "global_settings"], "nodes stand at the top level of the file; settings are in `render { }`"),
+];
+
+/// What comes nearest to a kind of node of other programs that has no counterpart.
+pub fn nearest_kind(name: &str) -> Option<&'static str> {
+    NEAREST.iter().find(|(names, _)| names.contains(&name)).map(|(_, help)| *help)
+}
 
 /// The names most like `name`, best first, at most three: the same but for case, then with its words in another order,
 /// then a few typing mistakes away, then what other programs call so. Never `name` itself.
@@ -166,6 +276,16 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
 /// How far a suggestion may be trusted: what other programs call so is only likely meant.
 pub fn trust(name: &str, near: &str) -> Applicability {
     match FOREIGN.contains(&(name.to_lowercase().as_str(), near)) {
+        true => Applicability::Maybe,
+        false => Applicability::Safe,
+    }
+}
+
+/// How far a suggestion may be trusted where a value follows: a name of other programs is as good as a misspelt one, if
+/// it takes the same value.
+pub fn trust_value(name: &str, near: &str) -> Applicability {
+    let lower = name.to_lowercase();
+    match FOREIGN.contains(&(lower.as_str(), near)) && UNLIKE.contains(&lower.as_str()) {
         true => Applicability::Maybe,
         false => Applicability::Safe,
     }

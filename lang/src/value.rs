@@ -173,6 +173,14 @@ impl Value {
         }
     }
 
+    /// Whether keys can hold it.
+    pub fn is_key(&self) -> bool {
+        match self {
+            Value::Number(_) | Value::Bool(_) | Value::Color(_) | Value::Turn(_) => true,
+            value => value.numbers().is_some(),
+        }
+    }
+
     /// The numbers of a vector.
     pub fn numbers(&self) -> Option<Numbers> {
         match self {

@@ -2,6 +2,8 @@
 
 use kinora_scene::{Bezier, Direction, Ease, Family, Jump};
 
+use crate::suggest::suggest;
+
 /// Names of the CSS curves.
 const CSS: &[(&str, Ease)] = &[
     ("linear", Ease::Linear),
@@ -49,6 +51,32 @@ pub fn named(name: &str) -> Option<Ease> {
         DIRECTIONS.iter().find_map(|(prefix, direction)| Some((*direction, name.strip_prefix(prefix)?)))?;
     let family = FAMILIES.iter().find(|row| row.0 == rest)?;
     Some(Ease::Penner(family.1, direction))
+}
+
+/// The name that was most likely meant, in the writing of CSS (`ease-in-out`) and of easings.net (`easeInOutCubic`), too.
+///
+/// ```
+/// use kinora_lang::builtin::ease::nearest;
+/// assert_eq!(nearest("easeInOutCubic").as_deref(), Some("in_out_cubic"));
+/// assert_eq!(nearest("ease-in-out").as_deref(), Some("ease_in_out"));
+/// assert_eq!(nearest("inout_cubic").as_deref(), Some("in_out_cubic"));
+/// assert_eq!(nearest("zzz"), None);
+/// ```
+pub fn nearest(name: &str) -> Option<String> {
+    let mut snake = String::new();
+    for letter in name.chars().take(64) {
+        if letter.is_uppercase() && !snake.is_empty() && !snake.ends_with('_') {
+            snake.push('_');
+        }
+        snake.extend(letter.to_lowercase());
+    }
+    let snake = snake.replace('-', "_");
+    let known = |name: &str| named(name).map(|_| name.to_string());
+    let bare = snake.strip_prefix("ease_").unwrap_or(&snake);
+    known(&snake).or_else(|| known(bare)).or_else(|| {
+        let names = names();
+        suggest(bare, names.iter().map(String::as_str)).first().map(|near| near.to_string())
+    })
 }
 
 /// Every name that [`named`] knows.

@@ -105,6 +105,8 @@ pub struct Call<'c> {
     pub graph: &'c mut Graph,
     /// What was found.
     pub problems: Vec<Diagnostic>,
+    /// Bare numbers where one with a unit is needed: which argument, and the unit of what.
+    pub bare: Vec<(usize, Number, Dimension)>,
     function: &'static Builtin,
     given: Given,
     rest: More,
@@ -128,7 +130,7 @@ impl<'c> Call<'c> {
         file: FileId,
         span: Span,
     ) -> Call<'c> {
-        Call { graph, problems: Vec::new(), function, given, rest, file, span }
+        Call { graph, problems: Vec::new(), bare: Vec::new(), function, given, rest, file, span }
     }
 
     /// Whether every known number in the value is finite.
@@ -212,6 +214,10 @@ impl<'c> Call<'c> {
         match self.value(index)? {
             Value::Number(number) if number.dimension == dimension || number.is_bare_zero() => Some(number.value),
             Value::Number(number) if metres && number.dimension.is_none() => Some(number.value),
+            Value::Number(number) if number.dimension.is_none() => {
+                self.bare.push((index, number, dimension));
+                None
+            }
             other => {
                 let what = if dimension.is_none() { "a plain number".into() } else { dimension.with_article() };
                 self.needs(&what, &other, self.place(index));
@@ -240,12 +246,7 @@ impl<'c> Call<'c> {
                 Some(number.value)
             }
             Value::Number(number) if number.dimension.is_none() => {
-                let span = self.place(index);
-                self.problems.push(
-                    Diagnostic::new("E0304", "angles need a unit")
-                        .primary(self.file, span, format!("an angle for `{}`", self.function.name))
-                        .help("write it with a unit, as `40deg`"),
-                );
+                self.bare.push((index, number, Dimension::ANGLE));
                 None
             }
             other => {

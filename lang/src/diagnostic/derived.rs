@@ -3,10 +3,14 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::Diagnostic;
+use crate::syntax::block_end;
 use crate::source::{FileId, Source, Span};
 
 /// Errors after which all that is written is known.
-const LOSES_NOTHING: &[&str] = &["E0106", "E0115", "E0116", "E0118", "E0124"];
+const LOSES_NOTHING: &[&str] = &["E0106", "E0115", "E0116", "E0118"];
+
+/// Errors in the head of something: what it declares, on whatever line, is not known.
+const IN_HEADS: &[&str] = &["E0103", "E0112", "E0113", "E0114"];
 
 /// What the syntax errors of one file put in doubt.
 #[derive(Default)]
@@ -16,6 +20,11 @@ struct Doubt<'s> {
     /// The words of their lines: what is declared or used there is perhaps not known.
     words: HashSet<String>,
     lines: HashSet<u32>,
+    /// Of the lines, those of heads and those of conditions.
+    heads: HashSet<u32>,
+    conditions: HashSet<u32>,
+    /// From where a block was closed too early to where that shows.
+    astray: Option<Span>,
     /// Where the first block that is never closed should have ended.
     open_from: Option<u32>,
     source: Option<&'s Source>,
@@ -35,7 +44,20 @@ pub fn without_derived(found: &mut Vec<Diagnostic>, syntax: &[Diagnostic], sourc
             let from = error.labels.get(1).map_or(span.start, |label| label.span.start);
             doubt.open_from = Some(doubt.open_from.map_or(from, |before| before.min(from)));
         }
+        if let ("E0102", Some(early)) = (error.code, error.labels.get(1)) {
+            doubt.astray = doubt.astray.or(Some(Span::new(early.span.start, span.end)));
+        }
         let line = source.line_index(span.start);
+        if IN_HEADS.contains(&error.code) {
+            doubt.heads.insert(line);
+        }
+        if error.code == "E0126" {
+            doubt.conditions.insert(line);
+        }
+        if let ("E0108", Some(next)) = (error.code, error.labels.get(1)) {
+            doubt.places.extend([next.span.start, next.span.end.saturating_sub(1)]);
+            doubt.words.extend(source.slice(next.span).split_whitespace().map(str::to_string));
+        }
         if !LOSES_NOTHING.contains(&error.code) && doubt.lines.insert(line) {
             let text = source.slice(source.line_span(line));
             let no_word = |character: char| !unicode_ident::is_xid_continue(character);
@@ -56,13 +78,30 @@ pub fn without_derived(found: &mut Vec<Diagnostic>, syntax: &[Diagnostic], sourc
 impl Doubt<'_> {
     fn explains(&self, code: &str, span: Span) -> bool {
         let name = || self.source.map_or("", |source| source.slice(span));
-        let own_line = || self.source.is_some_and(|source| self.lines.contains(&source.line_index(span.start)));
+        let on = |lines: &HashSet<u32>| {
+            self.source.is_some_and(|source| lines.contains(&source.line_index(span.start)))
+        };
+        let own_line = || on(&self.lines) && !on(&self.heads);
         match code {
             "W0201" if self.words.contains(name()) => true,
+            "E0215" if self.astray.is_some_and(|astray| astray.start < span.start && span.start < astray.end) => true,
+            "E0311" if on(&self.conditions) => true,
+            "E0207" | "E0209" if self.holds_place(span.end) => true,
             "E0215" | "E0707" if self.open_from.is_some_and(|from| span.start >= from) => true,
             "E0202" | "E0203" | "E0210" if !own_line() && self.words.contains(name()) => true,
             _ => self.places.range(span.start..span.end).next().is_some(),
         }
+    }
+
+    /// Whether one of the errors is in the block that begins on the line of an offset: what it does not set is perhaps
+    /// in what could not be read.
+    fn holds_place(&self, offset: u32) -> bool {
+        let Some(source) = self.source else { return false };
+        let line = source.line_span(source.line_index(offset));
+        let Some(open) = source.slice(Span::new(offset, line.end)).find('{') else { return false };
+        let open = offset + open as u32;
+        let end = block_end(&source.text, open as usize) as u32;
+        self.places.range(open..end).next().is_some()
     }
 }
 

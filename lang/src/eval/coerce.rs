@@ -6,14 +6,15 @@ use kinora_scene::{Keys, Spectrum};
 
 use crate::builtin::texture::{Paint, Texture};
 use crate::diagnostic::{Applicability, Diagnostic};
-use crate::dimension::{Dimension, short, show};
+use crate::dimension::{Dimension, short};
 use crate::eval::curve;
 use crate::eval::expr::short_text;
 use crate::eval::graph::Scalar;
+use crate::eval::items::wrong_count;
 use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
 use crate::source::{FileId, Span};
-use crate::suggest::{all_of, any_of, suggest};
+use crate::suggest::{all_of, any_of, suggest, value_for};
 use crate::syntax::ast::{Expr, ExprKind};
 use crate::value::{Keyed, NodeId, Number, Through, Value};
 
@@ -332,11 +333,7 @@ impl<'a> Machine<'a> {
     }
 
     fn wrong_count(&mut self, expected: usize, found: usize, span: Span) {
-        let diagnostic = Diagnostic::new("E0306", format!("expected {expected} components, found {found}")).primary(
-            self.file(),
-            span,
-            format!("{found} component{}", if found == 1 { "" } else { "s" }),
-        );
+        let diagnostic = wrong_count(expected, found, self.file(), span);
         self.report(diagnostic);
     }
 
@@ -371,12 +368,38 @@ impl<'a> Machine<'a> {
                     false => diagnostic.help("make a colour of it: `srgb(r, g, b)`"),
                 };
             }
+            (Type::Color, Value::Text(text)) if whole && colour_in(text).is_some() => {
+                let colour = colour_in(text).unwrap_or_default();
+                let trust = if colour == &**text { Applicability::Safe } else { Applicability::Maybe };
+                diagnostic = diagnostic.fix(trust, format!("write `{colour}`"), file, span, colour);
+            }
             (Type::Color, _) => {
                 diagnostic =
                     diagnostic.help("colours are written `#d9402b`, `srgb(0.8, 0.2, 0.1)` or `hsv(30deg, 80%, 90%)`");
             }
-            (Type::Vec3(..) | Type::Vec2(..), Value::Number(_)) => {
-                diagnostic = diagnostic.help("vectors are written `(x, y, z)`");
+            (Type::Vec3(..) | Type::Vec2(..), Value::List(_)) if whole && self.text(span).starts_with('[') => {
+                let text = self.text(span);
+                let written = format!("({})", text.trim_start_matches('[').trim_end_matches(']'));
+                let help = format!("write `{}`", short_text(&written));
+                diagnostic = diagnostic.fix(Applicability::Maybe, help, file, span, written);
+            }
+            (Type::Vec3(..), _) => diagnostic = diagnostic.help("vectors are written `(x, y, z)`"),
+            (Type::Vec2(..), _) => diagnostic = diagnostic.help("two components are written `(x, y)`"),
+            (Type::Counts, _) => diagnostic = diagnostic.help("write width and height: `(1280, 720)`"),
+            (Type::Bool, Value::Number(number)) if whole && number.value.constant().is_some() => {
+                let written = if number.is_bare_zero() { "false" } else { "true" };
+                diagnostic = diagnostic.fix(Applicability::Maybe, format!("write `{written}`"), file, span, written);
+            }
+            (Type::Node(Sort::Material), Value::Color(_)) if whole => {
+                let written = format!("diffuse {{ color: {} }}", self.text(span));
+                let help = format!("write `{}`", short_text(&written));
+                diagnostic = diagnostic.fix(Applicability::Maybe, help, file, span, written);
+            }
+            (Type::Node(_) | Type::Placed | Type::Target | Type::Bool, Value::Text(text))
+                if whole && is_name(text) && self.text(span).starts_with('"') =>
+            {
+                let help = format!("names stand without quotes: `{text}`");
+                diagnostic = diagnostic.fix(Applicability::Maybe, help, file, span, text.to_string());
             }
             (Type::Limits, _) => {
                 diagnostic = diagnostic.help("write `-30deg..90deg` for a hinge, `-10cm..10cm` for a slider");
@@ -459,8 +482,8 @@ impl<'a> Machine<'a> {
                 return Some(number.value);
             }
             match expr {
-                Some(expr) => self.needs_unit(dimension, *number, expr),
-                None => self.needs_unit_at(dimension, *number, span, false),
+                Some(expr) => self.needs_unit(dimension, *number, expr.span),
+                None => self.needs_unit(dimension, *number, span),
             }
             return None;
         }
@@ -488,20 +511,22 @@ impl<'a> Machine<'a> {
         None
     }
 
-    /// E0304 for a written value.
-    pub fn needs_unit(&mut self, dimension: Dimension, number: Number, expr: &'a Expr) {
-        let literal = matches!(expr.kind, ExprKind::Number(_));
-        self.needs_unit_at(dimension, number, expr.span, literal);
+    /// Reports E0304.
+    pub fn needs_unit(&mut self, dimension: Dimension, number: Number, span: Span) {
+        let diagnostic = self.without_unit(dimension, number, span);
+        self.report(diagnostic);
     }
 
-    /// E0304 at a place.
-    pub fn needs_unit_at(&mut self, dimension: Dimension, number: Number, span: Span, literal: bool) {
+    /// E0304 for a value at a place.
+    pub fn without_unit(&self, dimension: Dimension, number: Number, span: Span) -> Diagnostic {
         let (message, unit) = match dimension {
             Dimension::ANGLE => ("angles need a unit".to_string(), "deg".to_string()),
             Dimension::TIME => ("times need a unit".to_string(), "s".to_string()),
             other => (format!("{} needs a unit", other.with_article()), other.unit()),
         };
         let text = self.text(span);
+        let literal = text.trim_start_matches('-').starts_with(|digit: char| digit.is_ascii_digit())
+            && text.replace('_', "").parse::<f64>().is_ok();
         let mut diagnostic = Diagnostic::new("E0304", message).primary(
             self.file(),
             span,
@@ -514,6 +539,10 @@ impl<'a> Machine<'a> {
         diagnostic = match literal {
             true => {
                 let file = self.file();
+                let unit = match dimension {
+                    Dimension::SPIN => "deg/s".to_string(),
+                    _ => unit,
+                };
                 let insert = format!("{text}{unit}");
                 diagnostic.fix(Applicability::Maybe, format!("write `{insert}`"), file, span, insert)
             }
@@ -522,13 +551,30 @@ impl<'a> Machine<'a> {
         if let (Dimension::ANGLE, Some(value)) = (dimension, number.value.constant()) {
             diagnostic = diagnostic.note(format!("{} rad = {}deg", short(value), value.to_degrees().round()));
         }
-        self.report(diagnostic);
+        diagnostic
     }
 
     fn choice(&mut self, value: &Value, choices: &'static [Choice], site: &Site<'a>, span: Span) -> Option<Data> {
         let Value::Word(word) = value else {
-            let found = match &site.expr.kind {
-                ExprKind::Path(path) => format!("`{}`", self.text(path.span)),
+            let found = match (&site.expr.kind, value) {
+                (ExprKind::Path(path), _) => format!("`{}`", self.text(path.span)),
+                (_, Value::Text(text)) if is_name(text) => {
+                    let diagnostic = wrong_word("text", choices, site.property.name).primary(
+                        self.file(),
+                        span,
+                        "words stand without quotes",
+                    );
+                    let known = choices.iter().find(|choice| choice.name == &**text);
+                    let diagnostic = match known {
+                        Some(choice) => {
+                            let help = format!("write `{}`", choice.name);
+                            diagnostic.fix(Applicability::Safe, help, self.file(), span, choice.name)
+                        }
+                        None => nearest_word(diagnostic, text, choices, self.file(), span),
+                    };
+                    self.report(diagnostic);
+                    return None;
+                }
                 _ => self.describe(value),
             };
             self.wrong_word(&found, choices, site, span);
@@ -680,20 +726,38 @@ impl<'a> Machine<'a> {
                     Type::Number(dimension, _) | Type::Vec3(dimension, _) | Type::Vec2(dimension, _) => dimension,
                     _ => Dimension::NONE,
                 };
-                let label = self.computed("this is", value, dimension, place);
-                let computed = label != format!("this is {}", self.text(place));
+                let verb = match site.property.ty {
+                    Type::Color => ["its red is", "its green is", "its blue is"].get(index).copied().unwrap_or("this is"),
+                    _ => "this is",
+                };
+                let label = self.computed(verb, value, dimension, place);
                 let mut diagnostic = Diagnostic::new(code, message).primary(self.file(), place, label);
-                if computed && !matches!(site.expr.kind, ExprKind::Color(_)) {
-                    let text = short_text(self.text(place));
-                    diagnostic = diagnostic.note(format!("`{text}` is {}", show(value, dimension)));
-                }
-                if !help.is_empty() {
+                if let Some(bytes) = self.bytes(site, span) {
+                    let file = self.file();
+                    let text = format!("channels go from 0 to 1: write `{bytes}`");
+                    diagnostic = diagnostic.fix(Applicability::Maybe, text, file, span, bytes);
+                } else if !help.is_empty() {
                     diagnostic = diagnostic.help(help);
                 }
                 self.report(diagnostic);
                 false
             }
         }
+    }
+
+    /// `srgb(255, 128, 0)` as `#ff8000`, where that is what stands at the place.
+    fn bytes(&self, site: &Site<'a>, span: Span) -> Option<String> {
+        let ExprKind::Call { callee, args } = &site.expr.kind else { return None };
+        if site.property.ty != Type::Color || span != site.expr.span || self.text(callee.span) != "srgb" {
+            return None;
+        }
+        let mut written = String::from("#");
+        for arg in args {
+            let ExprKind::Number(number) = &arg.value.kind else { return None };
+            let byte = u8::try_from(number.int?).ok()?;
+            written.push_str(&format!("{byte:02x}"));
+        }
+        (args.len() == 3).then_some(written)
     }
 
     /// Whether there are measurements of the metal; E0203.
@@ -810,6 +874,21 @@ impl<'a> Machine<'a> {
             }
             Check::Direction => None,
         }
+    }
+}
+
+/// Whether a text could be a name.
+fn is_name(text: &str) -> bool {
+    let letter = |letter: char| letter.is_alphanumeric() || letter == '_';
+    text.starts_with(char::is_alphabetic) && text.chars().all(letter) && text.len() < 64
+}
+
+/// The colour that a text says.
+fn colour_in(text: &str) -> Option<&str> {
+    let digits = text.strip_prefix('#').filter(|digits| matches!(digits.len(), 3 | 6 | 8));
+    match digits {
+        Some(digits) => digits.bytes().all(|digit| digit.is_ascii_hexdigit()).then_some(text),
+        None => value_for(text).filter(|value| value.starts_with('#')),
     }
 }
 

@@ -504,6 +504,7 @@ impl<'a> Machine<'a> {
         let finite = !before || call.finite(&value);
         let work = std::mem::take(&mut call.graph.work);
         let problems = std::mem::take(&mut call.problems);
+        let bare = std::mem::take(&mut call.bare);
         if !self.step(work, span) {
             return Value::Error;
         }
@@ -512,6 +513,11 @@ impl<'a> Machine<'a> {
         }
         for problem in problems {
             self.report(problem);
+        }
+        for (index, number, dimension) in bare {
+            let place = written.get(index).copied().flatten().map_or(span, |expr| expr.span);
+            let diagnostic = self.without_unit(dimension, number, place);
+            self.report(diagnostic.note(format!("`{}` takes {}", function.name, dimension.with_article())));
         }
         value
     }
@@ -554,7 +560,13 @@ impl<'a> Machine<'a> {
         self.calls += 1;
         let result = self.traced(Some(name), span, given, env, |machine| match &decl.body {
             ast::FnBody::Missing => Value::Error,
-            ast::FnBody::Value(value) => machine.rooted(value, &inner, |machine| machine.expr(value, &inner, &[])),
+            ast::FnBody::Value(body) => machine.rooted(body, &inner, |machine| {
+                let value = machine.expr(body, &inner, &[]);
+                match &decl.result {
+                    Some(ty) => machine.convert(value, ty, body.span),
+                    None => value,
+                }
+            }),
             ast::FnBody::Block(block) => match machine.run_function(&block.items, &inner) {
                 Some(value) => value,
                 None => {
@@ -566,9 +578,9 @@ impl<'a> Machine<'a> {
             },
         });
         self.calls -= 1;
-        match &decl.result {
-            Some(ty) => self.convert(result, ty, span),
-            None => result,
+        match (&decl.result, &decl.body) {
+            (Some(ty), ast::FnBody::Block(_)) => self.convert(result, ty, span),
+            _ => result,
         }
     }
 
@@ -896,7 +908,13 @@ impl<'a> Machine<'a> {
                 let unit = if unit == "rad" { "deg".into() } else { unit };
                 let text = short_text(self.text(plain));
                 match text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.') {
-                    true => diagnostic.help(format!("write `{text}{unit}`")),
+                    true => diagnostic.fix(
+                        Applicability::Maybe,
+                        format!("write `{text}{unit}`"),
+                        self.file(),
+                        Span::at(plain.end),
+                        unit,
+                    ),
                     false => diagnostic.help(format!("multiply `{text}` by `1{unit}`")),
                 }
             }

@@ -15,7 +15,7 @@ use crate::eval::limits;
 use crate::eval::machine::{Given, Machine, NodeKind, NodeSlot, NodeState, NodeValue, Set};
 use crate::eval::scope::{Binding, LetCell, LetState, Scope};
 use crate::schema::{self, Kind, Since, Type};
-use crate::source::Span;
+use crate::source::{FileId, Span};
 use crate::syntax::ast::{self, Expr, ExprKind, Item};
 use crate::value::{NodeId, Number, Value};
 
@@ -664,20 +664,32 @@ impl<'a> Machine<'a> {
                 self.error(diagnostic)
             }
             Converted::Unit(dimension) => {
-                let (message, unit) = match dimension {
-                    Dimension::ANGLE => ("angles need a unit".to_string(), "deg".to_string()),
-                    Dimension::TIME => ("times need a unit".to_string(), "s".to_string()),
-                    other => (format!("{} needs a unit", other.with_article()), other.unit()),
+                let number = match plain {
+                    Value::Number(number) => number,
+                    _ => Number::int(0.0),
                 };
-                let diagnostic = Diagnostic::new("E0304", message)
-                    .primary(self.file(), span, "a number without a unit")
-                    .label(self.file(), ty.span, "asked for here")
-                    .help(format!("write `{unit}` behind it"));
-                self.error(diagnostic)
+                let diagnostic = self.without_unit(dimension, number, span);
+                self.error(diagnostic.label(self.file(), ty.span, "asked for here"))
             }
             Converted::Wrong(wanted) => {
                 if plain.is_error() {
                     return Value::Error;
+                }
+                if let (Some(expected), Value::Tuple(items)) = (vector_type(&names), &plain)
+                    && plain.numbers().is_some()
+                {
+                    let diagnostic = wrong_count(expected, items.len(), self.file(), span);
+                    return self.error(diagnostic.label(self.file(), ty.span, "asked for here"));
+                }
+                if let (Some((_, inner)), Value::List(items)) = (names.split_first(), &plain)
+                    && let Some(odd) = items.iter().find(|item| !fits(item, inner, &|id| self.kind_of(id)))
+                {
+                    let found = self.describe(odd);
+                    let message = format!("expected {wanted} as each item of the list, found {found}");
+                    let diagnostic = Diagnostic::new("E0313", message)
+                        .primary(self.file(), span, format!("{found} is in this list"))
+                        .label(self.file(), ty.span, "asked for here");
+                    return self.error(diagnostic);
                 }
                 let found = self.describe(&plain);
                 let code = match (&plain, wanted.as_str()) {
@@ -692,6 +704,30 @@ impl<'a> Machine<'a> {
                 self.error(diagnostic)
             }
         }
+    }
+}
+
+/// The components of a type of vectors.
+fn vector_type(names: &[&str]) -> Option<usize> {
+    match names {
+        ["vec2"] => Some(2),
+        ["vec3"] => Some(3),
+        _ => None,
+    }
+}
+
+fn fits<'a>(value: &Value, names: &[&str], kind: &dyn Fn(NodeId) -> NodeKind<'a>) -> bool {
+    matches!(convert(value, names, kind), Converted::Fits | Converted::As(_))
+}
+
+/// E0306.
+pub fn wrong_count(expected: usize, found: usize, file: FileId, span: Span) -> Diagnostic {
+    let label = format!("{found} component{}", if found == 1 { "" } else { "s" });
+    let diagnostic = Diagnostic::new("E0306", format!("expected {expected} components, found {found}"));
+    let diagnostic = diagnostic.primary(file, span, label);
+    match expected {
+        2 => diagnostic.help("write two: `(x, y)`"),
+        _ => diagnostic.help("write all three: `(x, y, z)`"),
     }
 }
 

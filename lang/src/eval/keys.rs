@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kinora_scene::{Bezier, Ease, Instruction, Jump, Outside, Spring};
 
 use crate::builtin::{self, Call, ease, quaternion};
-use crate::diagnostic::{Applicability, Diagnostic};
+use crate::diagnostic::{Applicability, Diagnostic, Edit, Fix};
 use crate::dimension::{Dimension, short};
 use crate::eval::curve::{shared, slope_of, spun};
 use crate::eval::expr::{Argument, Env, same_type};
@@ -85,9 +85,12 @@ impl<'a> Machine<'a> {
         }
         let way = options.map_or(Way::Eased, |options| options.way);
         let mut items: Vec<KeyItem> = Vec::with_capacity(keys.keys.len());
+        let mut times = Vec::with_capacity(keys.keys.len());
+        let found = self.diagnostics.len();
         let mut previous: Option<(f64, Span)> = None;
         for (i, key) in keys.keys.iter().enumerate() {
             let time = self.key_time(key, previous, env);
+            times.extend(time.filter(|_| !key.after));
             if let (Some(expr), Some(options)) = (&key.ease, options) {
                 self.ease_counts(expr, i, options);
             }
@@ -118,8 +121,18 @@ impl<'a> Machine<'a> {
                 (_, Ease::Spring(spring)) => Ease::Spring(Spring { frequency: spring.frequency * seconds, ..spring }),
                 (_, ease) => ease,
             };
+            // One mistake, however many keys are of that type.
+            if failed && items.is_empty() && matches!(value, Value::Node(_)) {
+                continue;
+            }
             failed |= !self.key_value(&value, place, items.first());
+            if !value.is_key() {
+                continue;
+            }
             items.push(KeyItem { time_s, value, tangents, ease, span: place });
+        }
+        if failed && times.len() == keys.keys.len() {
+            self.sorted(&keys.keys, &times, found);
         }
         let Some(options) = options.filter(|_| !failed) else { return Value::Error };
         self.smooth_turns(&items, &mut failed);
@@ -137,6 +150,24 @@ impl<'a> Machine<'a> {
         }
         let color = items.first().is_some_and(|key| matches!(key.value, Value::Color(_)));
         shared(Keyed { keys: items, through, outside: options.outside, oklch: options.oklch && color })
+    }
+
+    /// Gives the first report of keys out of order a fix: the keys by their times.
+    fn sorted(&mut self, keys: &'a [ast::Key], times: &[f64], found: usize) {
+        let mut order: Vec<usize> = (0..keys.len()).collect();
+        order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
+        let file = self.file();
+        let moved = order.iter().zip(keys).filter_map(|(from, to)| {
+            let from = keys.get(*from)?.span;
+            (from != to.span).then(|| Edit { file, span: to.span, insert: self.text(from).to_string() })
+        });
+        let edits: Vec<Edit> = moved.collect();
+        let first = self.diagnostics.get_mut(found..).and_then(|new| new.iter_mut().find(|new| new.code == "E0602"));
+        if let Some(diagnostic) = first.filter(|_| edits.len() <= 64) {
+            diagnostic.helps.clear();
+            let message = "sort the keys by time".to_string();
+            diagnostic.fixes.push(Fix { applicability: Applicability::Maybe, message, edits });
+        }
     }
 
     /// W0605 and W0416: an easing that shapes nothing.
@@ -340,7 +371,7 @@ impl<'a> Machine<'a> {
         let bare = |number: &Number, to: &Dimension| to.is_none() && !number.is_bare_zero();
         let measured = of != Dimension::LENGTH && !of.is_none();
         if measured && numbers.iter().zip(&dimensions).any(|(number, to)| bare(number, to)) {
-            self.needs_unit_at(of, numbers[0], span, false);
+            self.needs_unit(of, numbers[0], span);
             return None;
         }
         let parts: Vec<Value> = numbers
@@ -428,7 +459,7 @@ impl<'a> Machine<'a> {
             Value::Error => return None,
             Value::Number(number) if number.dimension == Dimension::TIME || number.is_bare_zero() => number.value,
             Value::Number(number) if number.dimension.is_none() => {
-                self.needs_unit(Dimension::TIME, number, &key.time);
+                self.needs_unit(Dimension::TIME, number, key.time.span);
                 return None;
             }
             other => {
@@ -507,15 +538,22 @@ impl<'a> Machine<'a> {
 
     /// Whether the value can be a key beside the first one.
     fn key_value(&mut self, value: &Value, span: Span, first: Option<&KeyItem>) -> bool {
-        let fits = match value {
-            Value::Number(_) | Value::Bool(_) | Value::Color(_) | Value::Turn(_) => true,
-            value => value.numbers().is_some(),
-        };
-        if !fits {
+        if !value.is_key() {
             let found = self.describe(value);
-            let diagnostic = Diagnostic::new("E0606", format!("keys cannot hold {found}"))
+            let message = match first {
+                Some(_) => "keys have different types".to_string(),
+                None => format!("keys cannot hold {found}"),
+            };
+            let mut diagnostic = Diagnostic::new("E0606", message)
                 .primary(self.file(), span, format!("this is {found}"))
-                .help("keys hold numbers, vectors, colours, rotations, `true` and `false`");
+                .help(match value {
+                    Value::Node(_) => "keys hold values: animate a share, as in `mix(a, b, amount: keys { .. })`",
+                    _ => "keys hold numbers, vectors, colours, rotations, `true` and `false`",
+                });
+            if let Some(first) = first {
+                let first_is = format!("the first key is {}", self.describe(&first.value));
+                diagnostic = diagnostic.label(self.file(), first.span, first_is);
+            }
             self.report(diagnostic);
             return false;
         }
@@ -556,16 +594,15 @@ impl<'a> Machine<'a> {
                 if let Some(function) = builtin::find(name).filter(one) {
                     return self.built_in_ease(function, expr.span);
                 }
-                let names = ease::names();
                 let mut diagnostic = Diagnostic::new("E0609", format!("no easing `{}`", short_name(name))).primary(
                     self.file(),
                     expr.span,
                     "not an easing",
                 );
-                diagnostic = match suggest(name, names.iter().map(String::as_str)).first() {
+                diagnostic = match ease::nearest(name) {
                     Some(near) => {
                         let file = self.file();
-                        diagnostic.fix(Applicability::Safe, format!("write `{near}`"), file, expr.span, *near)
+                        diagnostic.fix(Applicability::Safe, format!("write `{near}`"), file, expr.span, near)
                     }
                     None => diagnostic.help("for example `linear`, `step`, `ease_in_out` or `out_cubic`"),
                 };

@@ -229,13 +229,25 @@ impl<'a> Machine<'a> {
         if !self.kept.takes(&diagnostic) {
             return;
         }
-        let mut trace = self.trace.clone();
-        for _ in 0..3 {
-            let Some(here) = trace else { break };
-            diagnostic = diagnostic.note(here.show(self.source));
-            trace = here.parent.clone();
-        }
+        self.note_trace(&mut diagnostic);
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Notes of the calls and loops around: the three nearest; of what calls itself without end, the three that it began
+    /// with and the last.
+    fn note_trace(&self, diagnostic: &mut Diagnostic) {
+        let all = std::iter::successors(self.trace.as_deref(), |here| here.parent.as_deref());
+        if !matches!(diagnostic.code, "E1001" | "E0504") {
+            diagnostic.notes.extend(all.take(3).map(|here| here.show(self.source)));
+            return;
+        }
+        let all: Vec<&Trace<'_>> = all.collect();
+        let Some((last, before)) = all.split_first() else { return };
+        diagnostic.notes.extend(before.iter().rev().take(3).map(|here| here.show(self.source)));
+        if let Some(more @ 1..) = before.len().checked_sub(3) {
+            diagnostic.notes.push(format!("and {more} more of them, then"));
+        }
+        diagnostic.notes.push(last.show(self.source));
     }
 
     /// What goes wrong inside the standard library is about the call that led there: that becomes the place.

@@ -51,6 +51,22 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// Adds to a finding where the values at its labels in `expr` come from.
+    pub fn explain_value(&mut self, at: usize, expr: &'a Expr, env: &Env<'a>) {
+        let Some(diagnostic) = self.diagnostics.get(at).filter(|_| !self.stopped) else { return };
+        let inside = |span: Span| expr.span.start <= span.start && span.end <= expr.span.end;
+        let spans: Vec<Span> = diagnostic.labels.iter().map(|label| label.span).filter(|span| inside(*span)).collect();
+        if spans.is_empty() {
+            return;
+        }
+        let mut notes = Vec::new();
+        let reader = Reader { env: env.clone(), trace: self.trace.clone(), hidden: Vec::new() };
+        self.origins(expr, &reader, Some(&spans), &mut notes);
+        if let Some(diagnostic) = self.diagnostics.get_mut(at) {
+            add(diagnostic, notes);
+        }
+    }
+
     /// Notes on the names and calls in an expression, of those within `spans` where they are given.
     fn origins(&mut self, expr: &'a Expr, reader: &Reader<'a>, spans: Option<&[Span]>, notes: &mut Vec<String>) {
         if notes.len() >= MOST {

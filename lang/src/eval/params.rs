@@ -7,7 +7,7 @@ use std::rc::Rc;
 use serde::Serialize;
 
 use crate::diagnostic::Diagnostic;
-use crate::dimension::short;
+use crate::dimension::{Dimension, short};
 use crate::eval::Overrides;
 use crate::eval::coerce::Site;
 use crate::eval::expr::same_type;
@@ -115,7 +115,9 @@ pub fn list<'a>(machine: &mut Machine<'a>, known: &[Known<'a>], overrides: &Over
             } else {
                 let got = value.show();
                 let message = format!("`{called}` must be within {bounds}, got {got}");
-                let diagnostic = Diagnostic::new("E0413", message).label(machine.file(), decl.span, "declared here");
+                let diagnostic = Diagnostic::new("E0413", message)
+                    .label(machine.file(), decl.span, "declared here")
+                    .help(format!("give a value from {} to {}", Value::Number(*low).show(), Value::Number(*high).show()));
                 machine.report(diagnostic);
                 *cell.state.borrow_mut() = LetState::Done(Value::Error);
             }
@@ -259,6 +261,7 @@ pub fn overridden(
     let (_, text) = overrides.params.iter().rev().find(|(given, _)| given == called)?;
     let names: Vec<&str> = decl.ty.iter().flat_map(|ty| &ty.names).map(|name| &*name.text).collect();
     let wrong = |reason: String| format!("`-D {called}={text}`: {reason}");
+    let mut help = None;
     let result = match outside_value(text) {
         Err(reason) => Err(wrong(reason)),
         Ok((value, word)) => match convert(&value, &names, &|_| NodeKind::Unknown) {
@@ -270,7 +273,11 @@ pub fn overridden(
             Converted::Fits => Ok(value),
             Converted::As(value) => Ok(value),
             Converted::Whole => Err(wrong("expected a whole number".into())),
-            Converted::Unit(dimension) => Err(wrong(format!("{} needs a unit", dimension.with_article()))),
+            Converted::Unit(dimension) => {
+                let unit = if dimension == Dimension::ANGLE { "deg".to_string() } else { dimension.unit() };
+                help = Some(format!("write `-D {called}={text}{unit}`"));
+                Err(wrong(format!("{} needs a unit", dimension.with_article())))
+            }
             Converted::Wrong(wanted) => Err(wrong(format!("expected {wanted}"))),
         },
     };
@@ -280,7 +287,10 @@ pub fn overridden(
             let diagnostic = Diagnostic::new("E0414", message)
                 .label(machine.file(), decl.span, "declared here")
                 .note("the value is written as in a scene");
-            Some(machine.error(diagnostic))
+            Some(machine.error(match help {
+                Some(help) => diagnostic.help(help),
+                None => diagnostic,
+            }))
         }
     }
 }

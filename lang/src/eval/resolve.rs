@@ -17,7 +17,7 @@ use crate::library;
 use crate::modules::Modules;
 use crate::schema::{self, Choice, Holds, Kind, Place, Sort, Type};
 use crate::source::{FileId, Span, Texts};
-use crate::suggest::{all_of, suggest, trust};
+use crate::suggest::{all_of, nearest_kind, suggest, trust, trust_value, value_for};
 use crate::syntax::ast::{self, Expr, ExprKind, Item, Name};
 
 /// What is wrong with the names of a scene and of the files that it imports.
@@ -40,6 +40,9 @@ pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
             inside: Vec::new(),
             early: Vec::new(),
             guessed: 0,
+            hidden: FxHashSet::default(),
+            around: Vec::new(),
+            ended: FxHashMap::default(),
             kept: Kept::default(),
         };
         resolver.head(&module.file);
@@ -174,6 +177,12 @@ struct Resolver<'a> {
     early: Vec<(usize, Diagnostic)>,
     /// How many names were compared with unknown ones.
     guessed: usize,
+    /// Names of built-in kinds and functions that the file declares anew, which is reported.
+    hidden: FxHashSet<&'a str>,
+    /// The kinds of the nodes that are around what is looked at.
+    around: Vec<Span>,
+    /// Where names are declared in blocks that are over.
+    ended: FxHashMap<&'a str, Span>,
     kept: Kept,
 }
 
@@ -188,10 +197,12 @@ struct Wanted {
     words: &'static [Choice],
     /// Whether it is a text, where a bare name has most likely lost its quotes.
     text: bool,
+    /// Whether it may be a colour.
+    colour: bool,
     property: &'static str,
 }
 
-const VALUE: Wanted = Wanted { what: "value", sort: None, words: &[], text: false, property: "" };
+const VALUE: Wanted = Wanted { what: "value", sort: None, words: &[], text: false, colour: true, property: "" };
 
 impl Wanted {
     fn by(property: &'static schema::Property) -> Wanted {
@@ -207,9 +218,15 @@ impl Wanted {
             Type::Placed => Wanted { what: "node", property: property.name, ..VALUE },
             Type::Choice(words) => Wanted { words, property: property.name, ..VALUE },
             Type::Text => Wanted { text: true, property: property.name, ..VALUE },
-            _ => VALUE,
+            Type::Color => Wanted { property: property.name, ..VALUE },
+            _ => Wanted { colour: false, ..VALUE },
         }
     }
+}
+
+/// The kinds of materials.
+fn materials() -> impl Iterator<Item = &'static str> {
+    schema::KINDS.iter().filter(|kind| kind.sort == Sort::Material).map(|kind| kind.name)
 }
 
 impl<'a> Resolver<'a> {
@@ -333,6 +350,11 @@ impl<'a> Resolver<'a> {
     /// Ends a scope: what was never used in it?
     fn leave(&mut self) {
         let Some(scope) = self.scopes.pop() else { return };
+        for name in &scope.order {
+            if let Some(decl) = scope.names.get(name) {
+                self.ended.entry(name).or_insert(decl.span);
+            }
+        }
         let offered = self.library && self.scopes.is_empty();
         for name in &scope.order {
             let Some(decl) = scope.names.get(name) else { continue };
@@ -373,6 +395,7 @@ impl<'a> Resolver<'a> {
             _ => matches!(text, "time" | "frame") && !name.quoted,
         };
         if built_in {
+            self.hidden.insert(text);
             let diagnostic = Diagnostic::new("E0217", format!("`{text}` is built in and cannot be redeclared"))
                 .primary(file, name.span, "already means something")
                 .help("pick another name");
@@ -485,8 +508,12 @@ impl<'a> Resolver<'a> {
                             (Some(near), _) => {
                                 let help = format!("did you mean `{near}`?");
                                 // Where it is imported by name, its uses have that name, too.
-                                let sure = if self.hoisting { Applicability::Maybe } else { Applicability::Safe };
-                                diagnostic.fix(sure, help, file, name.span, *near)
+                                let (at, all) = (name.span.start, self.source);
+                                let places = if self.hoisting { all.words(at, text) } else { vec![name.span] };
+                                let taken = self.hoisting && !all.words(at, near).is_empty();
+                                let sure = if taken { Applicability::Maybe } else { Applicability::Safe };
+                                let edit = |span| Edit { file, span, insert: near.to_string() };
+                                diagnostic.fix_edits(sure, help, places.into_iter().map(edit).collect())
                             }
                             (None, _) if public.is_empty() => {
                                 diagnostic.note("it declares nothing that others may use")
@@ -602,6 +629,10 @@ impl<'a> Resolver<'a> {
 
     fn misplaced(&mut self, message: String, span: Span, label: &str, help: &str) {
         let mut diagnostic = Diagnostic::new("E0215", message).primary(self.file(), span, label);
+        if let Some(around) = self.around.last() {
+            let kind = self.source.slice(*around);
+            diagnostic = diagnostic.label(self.file(), *around, format!("inside this `{kind}`"));
+        }
         if !help.is_empty() {
             diagnostic = diagnostic.help(help);
         }
@@ -628,7 +659,7 @@ impl<'a> Resolver<'a> {
             }
             Item::Param(decl) => {
                 if !matches!(place, Where::Top | Where::Nowhere) {
-                    self.misplaced("`param` must be at the top level".into(), decl.span, "not at the top level", "");
+                    self.misplaced("`param` must be at the top level".into(), decl.span, "not at the top level", "move it up, or write `let`");
                 }
                 if let Some(ty) = &decl.ty {
                     self.ty(ty);
@@ -782,10 +813,28 @@ impl<'a> Resolver<'a> {
             format!("not a property of `{}`", kind.name),
         );
         diagnostic = match near.as_slice() {
+            [] if kind.property("material").is_some() && material_with(name).is_some() => {
+                let of = material_with(name).unwrap_or("diffuse");
+                let written = short_text(self.source.slice(property.value.span));
+                let text = format!("it belongs to a material: write `material: {of} {{ {name}: {written} }}`");
+                match self.siblings.contains("material") {
+                    true => diagnostic.help("it belongs to the material: write it there"),
+                    false => {
+                        let edits = [
+                            (Span::at(property.name.span.start), format!("material: {of} {{ ")),
+                            (Span::at(property.value.span.end), " }".to_string()),
+                        ];
+                        let edits = edits.map(|(span, insert)| Edit { file, span, insert });
+                        diagnostic.fix_edits(Applicability::Maybe, text, edits.into())
+                    }
+                }
+            }
+            [] if kind.sort == Sort::Material && GLOW.contains(&name) => diagnostic
+                .help("what gives off light is an `emitter { color: #fff, radiance: 5W/m^2/sr }`; `mix` it with another"),
             [] => diagnostic.help(format!("`{}` has: {}", kind.name, known.join(", "))),
             [only] => {
                 let text = format!("a property with a similar name exists: `{only}`");
-                diagnostic.fix(Applicability::Safe, text, file, property.name.span, *only)
+                diagnostic.fix(trust_value(name, only), text, file, property.name.span, *only)
             }
             several => {
                 diagnostic.help(format!("properties with similar names exist: {}", all_of(several.iter().copied())))
@@ -837,7 +886,15 @@ impl<'a> Resolver<'a> {
             }
             Some(_) => self.body(node, Where::Nowhere),
             None => match schema::kind(&first.text) {
+                Some(_) if self.hidden.contains(&*first.text) => self.body(node, Where::Nowhere),
                 Some(kind) => {
+                    if kind.name != &*first.text {
+                        let new = kind.name;
+                        let diagnostic = Diagnostic::new("W0901", format!("`{}` is now `{new}`", first.text))
+                            .primary(self.file(), first.span, "the old name, which the next version will not know")
+                            .fix(Applicability::Safe, format!("write `{new}`"), self.file(), first.span, new);
+                        self.report(diagnostic);
+                    }
                     if let Some(place) = place {
                         self.placement(kind, first, place);
                     }
@@ -886,7 +943,9 @@ impl<'a> Resolver<'a> {
 
     fn body(&mut self, node: &'a ast::Node, place: Where) {
         if let Some(body) = &node.body {
+            self.around.push(node.kind.span);
             self.block(&body.items, place, false);
+            self.around.pop();
         }
     }
 
@@ -906,7 +965,7 @@ impl<'a> Resolver<'a> {
             (Place::Top, Where::Top) => {}
             (Place::Top, _) => {
                 let message = format!("`{}` must be at the top level", kind.name);
-                self.misplaced(message, name.span, "not at the top level", "");
+                self.misplaced(message, name.span, "not at the top level", "move it out of all braces");
             }
             (Place::Scene, Where::Top | Where::Scene) => {}
             (Place::Scene, Where::Node(parent)) if parent.holds == Holds::Scene => {}
@@ -981,12 +1040,22 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// A name that was meant, however misspelt, is not unused.
+    fn meant(&mut self, name: &str) {
+        for scope in &mut self.scopes {
+            if let Some(decl) = scope.names.get_mut(name) {
+                decl.used = true;
+            }
+        }
+    }
+
     fn unknown_kind(&mut self, name: &'a Name) {
         if !self.first_use("kind", name) {
             return;
         }
         let is_prefab = |decl: &Declared<'_>| matches!(decl, Declared::Prefab(_));
         let near = self.guess(&name.text, schema::KINDS.iter().map(|kind| kind.name), is_prefab);
+        near.first().inspect(|near| self.meant(near));
         let file = self.file();
         let mut diagnostic = Diagnostic::new("E0202", format!("unknown kind `{}`", name.text)).primary(
             file,
@@ -999,6 +1068,9 @@ impl<'a> Resolver<'a> {
             }
             None if &*name.text == schema::MIX.name => {
                 diagnostic.help("two materials are mixed by a call: `mix(a, b, amount: 0.5)`")
+            }
+            None if nearest_kind(&name.text).is_some() => {
+                diagnostic.help(nearest_kind(&name.text).unwrap_or_default())
             }
             None => {
                 let of = |sort: Sort| {
@@ -1060,6 +1132,9 @@ impl<'a> Resolver<'a> {
                         property.name.span,
                         near,
                     ),
+                    None if matches!(name, "position" | "rotation" | "scale" | "parent" | "visible") => diagnostic.help(
+                        format!("put the call into a group: `group {{ {name}: .., {prefab} {{ .. }} }}`"),
+                    ),
                     None if known.is_empty() => diagnostic.help("it takes none"),
                     None => diagnostic.help(format!("it takes {}", all_of(known))),
                 };
@@ -1085,6 +1160,7 @@ impl<'a> Resolver<'a> {
     fn value(&mut self, expr: &'a Expr, wanted: Wanted) {
         match &expr.kind {
             ExprKind::Missing | ExprKind::Number(_) | ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => {}
+            ExprKind::Path(_) | ExprKind::Binary { .. } if wanted.text && self.bare_text(expr) => {}
             ExprKind::Path(path) => self.path(path, wanted),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
                 items.iter().for_each(|item| self.value(item, VALUE));
@@ -1104,7 +1180,12 @@ impl<'a> Resolver<'a> {
             ExprKind::Unary { value, .. } => self.value(value, VALUE),
             ExprKind::Binary { first, rest } => {
                 self.value(first, VALUE);
-                rest.iter().for_each(|step| self.value(&step.value, VALUE));
+                for step in rest {
+                    match &step.value.kind {
+                        ExprKind::Path(path) if self.glued_unit(path, step.op_span) => {}
+                        _ => self.value(&step.value, VALUE),
+                    }
+                }
             }
             ExprKind::Call { callee, args } => self.call(callee, args, expr.span, wanted),
             ExprKind::Field { base, .. } => self.value(base, VALUE),
@@ -1125,18 +1206,67 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// `assets/bunny.obj` without quotes, where a text is wanted: whether that is what stands there, which is reported.
+    fn bare_text(&mut self, expr: &'a Expr) -> bool {
+        let text = self.source.slice(expr.span);
+        let first = text.split(['.', '/']).next().unwrap_or(text);
+        let plain = |letter: char| letter.is_alphanumeric() || "_-./".contains(letter);
+        if !text.contains(['.', '/']) || !text.chars().all(plain) || self.find(first, |_| true).is_some() {
+            return false;
+        }
+        let file = self.file();
+        let quoted = format!("\"{text}\"");
+        let diagnostic = Diagnostic::new("E0203", format!("no value named `{first}` here"))
+            .primary(file, expr.span, "a text without quotes")
+            .fix(Applicability::Safe, format!("write `{quoted}`"), file, expr.span, quoted);
+        self.report(diagnostic);
+        true
+    }
+
+    /// `600kg/m3`: what is glued to a unit and means nothing was meant as a unit, too; E0305.
+    fn glued_unit(&mut self, path: &'a ast::Path, op: Span) -> bool {
+        let [name] = path.segments.as_slice() else { return false };
+        let before = self.source.slice(Span::new(op.start.saturating_sub(1), op.start));
+        let glued = op.end == name.span.start && before.starts_with(char::is_alphanumeric);
+        let line = self.source.slice(Span::new(op.start.saturating_sub(24), op.start));
+        let unit = line.trim_end_matches(|letter: char| letter.is_alphanumeric() || "./*^".contains(letter));
+        let number = line[unit.len()..].starts_with(|digit: char| digit.is_ascii_digit());
+        if !glued || !number || self.find(&name.text, |_| true).is_some() {
+            return false;
+        }
+        let file = self.file();
+        let letters = name.text.trim_end_matches(|digit: char| digit.is_ascii_digit());
+        let known = |word: &str| dimension::UNITS.iter().any(|unit| unit.0 == word);
+        let meant = match &name.text[letters.len()..] {
+            power @ ("2" | "3" | "4") if known(letters) => Some(format!("{letters}^{power}")),
+            _ => suggest(&name.text, dimension::UNITS.iter().map(|unit| unit.0)).first().map(|near| near.to_string()),
+        };
+        let diagnostic =
+            Diagnostic::new("E0305", format!("unknown unit `{}`", name.text)).primary(file, name.span, "not a unit");
+        let diagnostic = match meant {
+            Some(meant) => {
+                diagnostic.fix(Applicability::Safe, format!("did you mean `{meant}`?"), file, name.span, meant)
+            }
+            None => diagnostic.help("put spaces round the sign, if a value of that name was meant"),
+        };
+        self.report(diagnostic);
+        true
+    }
+
     /// E0312, where it can be seen without computing.
     fn arms(&mut self, value: &'a ast::IfValue) {
         let last = value.arms.iter().map(|(_, arm)| arm).chain([&value.otherwise]);
-        let mut first: Option<(&'static str, Span)> = None;
+        let mut first: Option<(String, Span, bool)> = None;
         for arm in last {
-            let Some(shape) = shape(arm) else { continue };
-            match first {
-                None => first = Some((shape, arm.span)),
-                Some((before, at)) if before != shape => {
+            let Some((shape, bare)) = shape(arm) else { continue };
+            match &first {
+                None => first = Some((shape, arm.span, bare)),
+                // A bare number may be a length, and 0 is anything.
+                Some((.., was_bare)) if bare || *was_bare => {}
+                Some((before, at, _)) if *before != shape => {
                     let diagnostic = Diagnostic::new("E0312", "`if` arms have different types")
                         .primary(self.file(), arm.span, format!("this is {shape}"))
-                        .label(self.file(), at, format!("this is {before}"));
+                        .label(self.file(), *at, format!("this is {before}"));
                     self.report(diagnostic);
                     return;
                 }
@@ -1266,6 +1396,7 @@ impl<'a> Resolver<'a> {
             _ => true,
         };
         let near = self.guess(&name.text, std::iter::empty(), fits);
+        near.first().inspect(|near| self.meant(near));
         if let Some(near) = near.first() {
             let declared = self.find(near, fits).and_then(|(scope, _)| self.scopes.get(scope)?.names.get(near));
             let span = declared.map(|decl| decl.span);
@@ -1283,9 +1414,25 @@ impl<'a> Resolver<'a> {
             diagnostic = diagnostic.help(format!("write `{} {{ .. }}`", name.text));
         } else if let Some(path) = library::declares(&name.text).filter(|_| wanted.sort == Some(Sort::Material)) {
             diagnostic = diagnostic.help(format!("add `import {{ {} }} from \"{path}\"` on top", name.text));
+        } else if let Some(near) = suggest(&name.text, materials()).first().filter(|_| wanted.sort == Some(Sort::Material)) {
+            let text = &name.text;
+            diagnostic = diagnostic.help(format!("write `{near} {{ }}`, or declare it: `{near} {text} {{ }}`"));
+        } else if let Some(value) = value_for(&name.text).filter(|value| wanted.sort.is_none() && (!value.starts_with('#') || wanted.colour)) {
+            diagnostic = diagnostic.fix(Applicability::Maybe, format!("write `{value}`"), file, name.span, value);
+        } else if matches!(&*name.text, "pi" | "PI" | "Pi" | "tau") && wanted.sort.is_none() {
+            diagnostic = diagnostic
+                .help("an angle has a unit: half a turn is `180deg` or `0.5turn`")
+                .help(format!("for the number itself write `let {} = {}`", name.text, if &*name.text == "tau" { "6.283185307179586" } else { "3.141592653589793" }));
+        } else if let Some(span) = self.ended.get(&*name.text).copied() {
+            diagnostic = diagnostic
+                .label(file, span, "declared inside a block")
+                .help("names of a block are not seen outside: move it out, before the block");
         } else {
             const MOST: usize = 6;
-            let here = self.visible(fits);
+            let here = match wanted.sort {
+                Some(sort) => self.visible(|decl| matches!(decl, Declared::Node(Some(kind)) if kind.sort == sort)),
+                None => self.visible(fits),
+            };
             diagnostic = match here.len() {
                 0 if wanted.sort == Some(Sort::Material) => {
                     diagnostic.help(format!("declare it, for example `diffuse {} {{ color: #d9402b }}`", name.text))
@@ -1395,7 +1542,11 @@ impl<'a> Resolver<'a> {
             Diagnostic::new("E0210", format!("no function `{}`", name.text)).primary(file, name.span, "not found");
         let is_function = |decl: &Declared<'_>| matches!(decl, Declared::Fn(_));
         let near = self.guess(&name.text, builtin::BUILTINS.iter().map(|function| function.name), is_function);
+        near.first().inspect(|near| self.meant(near));
         let is_prefab = self.find(&name.text, |decl| matches!(decl, Declared::Prefab(_))).is_some();
+        if is_prefab {
+            self.meant(&name.text);
+        }
         if is_prefab || schema::kind(&name.text).is_some() {
             diagnostic = diagnostic.help(format!("nodes are written with braces: `{} {{ .. }}`", name.text));
         } else if &*name.text == "pow" {
@@ -1470,10 +1621,35 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// What an expression is, as far as its text alone tells. Kinds of numbers are left to the evaluator.
-fn shape(expr: &Expr) -> Option<&'static str> {
+/// Words of other programs for light that a surface gives off.
+const GLOW: &[&str] = &["emission", "emissive", "emission_color", "emit", "glow", "light", "luminance", "emittance"];
+
+/// The kind of material that a shape's would-be property is most likely one of.
+fn material_with(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "color" | "roughness" | "opacity" => "diffuse",
+        "ior" | "attenuation_color" | "attenuation_distance" => "dielectric",
+        "metalness" => "glossy",
+        "spectrum" | "edge_tint" | "anisotropy" => "metal",
+        "radiance" | "power" => "emitter",
+        _ => return None,
+    })
+}
+
+/// What an expression is, as far as its text alone tells, and whether it is a number that lacks a unit.
+fn shape(expr: &Expr) -> Option<(String, bool)> {
+    if let ExprKind::Unary { op: ast::UnaryOp::Neg, value, .. } = &expr.kind {
+        return shape(value);
+    }
+    if let ExprKind::Number(number) = &expr.kind {
+        let of = number.unit.as_ref().and_then(|unit| unit.si).map(|(_, of)| of);
+        return Some((of.unwrap_or_default().with_article(), number.unit.is_none()));
+    }
+    Some((simple_shape(expr)?.to_string(), false))
+}
+
+fn simple_shape(expr: &Expr) -> Option<&'static str> {
     Some(match &expr.kind {
-        ExprKind::Number(_) => "a number",
         ExprKind::Color(_) => "a colour",
         ExprKind::Str(_) => "text",
         ExprKind::Bool(_) => "true or false",
@@ -1483,7 +1659,6 @@ fn shape(expr: &Expr) -> Option<&'static str> {
             _ => "a tuple",
         },
         ExprKind::List(_) | ExprKind::Comp(_) => "a list",
-        ExprKind::Unary { op: ast::UnaryOp::Neg, value, .. } => return shape(value),
         ExprKind::Unary { .. } => "true or false",
         ExprKind::Node(node) if schema::kind(&kind_text(node)).is_some() => "a node",
         _ => return None,

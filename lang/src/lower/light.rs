@@ -86,6 +86,7 @@ impl<'a> Lower<'_, 'a> {
                 _ => Color::ONE,
             };
             let parent = enclosing.and_then(|at| self.order.get(at).copied());
+            self.lamps.push(id);
             lights.push(Light { name: self.name(id), parent, color, kind });
         }
         lights

@@ -93,6 +93,8 @@ struct Lower<'m, 'a> {
     sky_picture: Option<SkyRequest>,
     models: Vec<ModelRequest>,
     inner: Vec<InnerRequest>,
+    /// The nodes of the scene's lights, in their order.
+    lamps: Vec<NodeId>,
 }
 
 /// The scene that `roots` make; none where it has too many nodes. Problems are reported to the machine; `whole` says that the text had no error before.
@@ -128,6 +130,7 @@ pub fn lower<'a>(machine: &mut Machine<'a>, roots: &[NodeId], camera: Option<&st
         sky_picture: None,
         models: Vec::new(),
         inner: Vec::new(),
+        lamps: Vec::new(),
     };
     Some(lower.scene(camera))
 }
@@ -265,8 +268,23 @@ impl<'a> Lower<'_, 'a> {
     fn report(&mut self, id: NodeId, diagnostic: Diagnostic) {
         let trace = self.machine.nodes.get(id.0 as usize).and_then(|slot| slot.trace.clone());
         let outer = std::mem::replace(&mut self.machine.trace, trace);
+        let found = self.machine.diagnostics.len();
         self.machine.report(diagnostic);
+        if self.machine.diagnostics.len() > found {
+            self.origins(id, found);
+        }
         self.machine.trace = outer;
+    }
+
+    /// Notes of where the values come from that a finding points to.
+    fn origins(&mut self, id: NodeId, found: usize) {
+        let (Some(node), Some(slot)) = (self.machine.done(id), self.machine.nodes.get(id.0 as usize)) else { return };
+        let (whole, scope) = (slot.ast.span, slot.scope.clone());
+        // What is copied from another node is read where that one stands.
+        let own = |span: Span| whole.start <= span.start && span.end <= whole.end;
+        for set in node.properties.iter().filter(|set| own(set.expr.span)) {
+            self.machine.explain_value(found, set.expr, &scope);
+        }
     }
 
     /// E0507.
@@ -353,7 +371,12 @@ impl<'a> Lower<'_, 'a> {
         }
         let file = self.machine.file();
         let shapes = scene.nodes.iter().any(|node| node.shape.is_some());
-        if !shapes && scene.sky.is_none() && scene.lights.is_empty() {
+        // A lamp with a radius is a sphere that is seen, and the disc of a sun is a part of the sky.
+        let seen = |light: &Light<Animated>| match light.kind {
+            LightKind::Sun { .. } => true,
+            LightKind::Point { radius_m, .. } | LightKind::Spot { radius_m, .. } => radius_m > 0.0,
+        };
+        if !shapes && scene.sky.is_none() && !scene.lights.iter().any(seen) {
             let diagnostic = Diagnostic::new("E0503", "the scene has no geometry")
                 .primary(file, Span::at(0), "there is nothing to see here")
                 .help("add a shape, for example `sphere { radius: 0.5 }`");

@@ -8,7 +8,7 @@ use glam::DVec3;
 use kinora_scene::{Body, BodyKind, Clock, Collider, Joint, JointKind, Mass, Node, Physics, Shape, Simulation, Track};
 
 use super::{Lower, read};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Applicability, Diagnostic};
 use crate::dimension::{Dimension, short};
 use crate::eval::coerce::Data;
 use crate::eval::items::set_twice;
@@ -223,9 +223,18 @@ impl<'a> Lower<'_, 'a> {
                 .label(file, self.span(id), "has none")
                 .help("leave `collider` out: a plane collides as a plane")
         } else if dynamic && body.collider == Collider::Mesh {
-            Diagnostic::new("E0902", "dynamic bodies need a convex or primitive collider")
-                .primary(file, chosen, "triangles have no inside")
-                .help("write `collider: convex_hull`, or `auto` for hulls of its convex parts")
+            let diagnostic = Diagnostic::new("E0902", "dynamic bodies need a convex or primitive collider")
+                .primary(file, chosen, "triangles have no inside");
+            match self.machine.text(chosen) {
+                "mesh" => diagnostic.note("`auto` makes hulls of its convex parts").fix(
+                    Applicability::Maybe,
+                    "write `collider: convex_hull`",
+                    file,
+                    chosen,
+                    "convex_hull",
+                ),
+                _ => diagnostic.help("write `collider: convex_hull`, or `auto` for hulls of its convex parts"),
+            }
         } else {
             return;
         };

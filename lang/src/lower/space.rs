@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DAffine3, DVec2, DVec3};
-use kinora_scene::{Animated, Bsdf, Material, Node, Scene, Shape, corners};
+use kinora_scene::{Animated, Bsdf, LightKind, Material, Node, Scene, Shape, corners};
 
 use super::Lower;
 use crate::diagnostic::Diagnostic;
@@ -32,6 +32,16 @@ impl Lower<'_, '_> {
         let at = |index: usize| Some((scene.nodes.get(index)?, worlds.get(index).copied().flatten()?));
         for [lamp, shell] in shut_in(scene, shining, &still, &at) {
             let (lamp, shell) = (id(lamp), id(shell));
+            let message = format!("light `{}` is inside `{}` and cannot be seen", self.name(lamp), self.name(shell));
+            let diagnostic = Diagnostic::new("W0506", message)
+                .primary(self.machine.file(), self.span(lamp), "shines in here")
+                .label(self.machine.file(), self.span(shell), "lets no light out")
+                .help("move it out");
+            self.report(lamp, diagnostic);
+        }
+        for (lamp, shell) in lamps_shut_in(scene, &worlds, &still, &at) {
+            let Some(lamp) = self.lamps.get(lamp).copied() else { continue };
+            let shell = id(shell);
             let message = format!("light `{}` is inside `{}` and cannot be seen", self.name(lamp), self.name(shell));
             let diagnostic = Diagnostic::new("W0506", message)
                 .primary(self.machine.file(), self.span(lamp), "shines in here")
@@ -112,22 +122,7 @@ fn shut_in<'s>(
     still: &[usize],
     at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>,
 ) -> Vec<[usize; 2]> {
-    let camera = scene.camera.and_then(|camera| scene.cameras.get(camera)).filter(|camera| camera.parent.is_none());
-    let Some(eye) = camera.and_then(|camera| camera.position.constant()) else { return Vec::new() };
-    let opaque = opaque(&scene.materials);
-    let mut shells = Vec::new();
-    for index in still {
-        let Some((node, world)) = at(*index) else { continue };
-        let closed = matches!(node.shape, Some(Shape::Sphere { .. } | Shape::Box { .. }));
-        if closed && opaque.get(node.material) == Some(&true) && world.matrix3.determinant() != 0.0 {
-            shells.push((*index, node, world.inverse()));
-        }
-    }
-    let inside = |node: &Node, p: DVec3| match &node.shape {
-        Some(Shape::Sphere { radius_m }) => radius_m.constant().is_some_and(|radius| p.length() < *radius),
-        Some(Shape::Box { size_m }) => (2.0 * p.abs()).cmplt(*size_m).all(),
-        _ => false,
-    };
+    let Some((eye, shells)) = shells(scene, still, at) else { return Vec::new() };
     let mut found = Vec::new();
     let mut pairs = 0;
     for lamp in still {
@@ -141,24 +136,90 @@ fn shut_in<'s>(
         }
         let shell = shells.iter().find(|(index, shell, local)| {
             let within = |p: DVec3| inside(shell, local.transform_point3(p));
-            *index != *lamp && !within(*eye) && corners(half).all(|corner| within(world.transform_point3(corner)))
+            *index != *lamp && !within(eye) && corners(half).all(|corner| within(world.transform_point3(corner)))
         });
         found.extend(shell.map(|(shell, ..)| [*lamp, *shell]));
     }
     found
 }
 
+/// As [`shut_in`], of lamps: the light's index, and the shape's.
+fn lamps_shut_in<'s>(
+    scene: &'s Scene,
+    worlds: &[Option<DAffine3>],
+    still: &[usize],
+    at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>,
+) -> Vec<(usize, usize)> {
+    if scene.lights.is_empty() {
+        return Vec::new();
+    }
+    let Some((eye, shells)) = shells(scene, still, at) else { return Vec::new() };
+    let mut found = Vec::new();
+    for (index, light) in scene.lights.iter().enumerate().take(PAIRS / shells.len().max(1)) {
+        let (LightKind::Point { position, power, radius_m } | LightKind::Spot { position, power, radius_m, .. }) =
+            &light.kind
+        else {
+            continue;
+        };
+        let around = match light.parent {
+            Some(parent) => worlds.get(parent).copied().flatten(),
+            None => Some(DAffine3::IDENTITY),
+        };
+        let (Some(around), Some(position)) = (around, position.constant()) else { continue };
+        if power.constant() == Some(&0.0) {
+            continue;
+        }
+        let place = around.transform_point3(*position);
+        let shell = shells.iter().find(|(_, shell, local)| {
+            let within = |p: DVec3| inside(shell, local.transform_point3(p));
+            !within(eye) && corners(DVec3::splat(*radius_m)).all(|corner| within(place + corner))
+        });
+        found.extend(shell.map(|(shell, ..)| (index, *shell)));
+    }
+    found
+}
+
+/// Where the camera stands, and the closed opaque shapes with the way into their own space.
+type Shells<'s> = (DVec3, Vec<(usize, &'s Node, DAffine3)>);
+
+fn shells<'s>(
+    scene: &'s Scene,
+    still: &[usize],
+    at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>,
+) -> Option<Shells<'s>> {
+    let camera = scene.camera.and_then(|camera| scene.cameras.get(camera)).filter(|camera| camera.parent.is_none())?;
+    let eye = *camera.position.constant()?;
+    let opaque = opaque(&scene.materials);
+    let mut shells = Vec::new();
+    for index in still {
+        let Some((node, world)) = at(*index) else { continue };
+        let closed = matches!(node.shape, Some(Shape::Sphere { .. } | Shape::Box { .. }));
+        if closed && opaque.get(node.material) == Some(&true) && world.matrix3.determinant() != 0.0 {
+            shells.push((*index, node, world.inverse()));
+        }
+    }
+    Some((eye, shells))
+}
+
+/// Whether a point in a shape's own space is inside of it.
+fn inside(node: &Node, p: DVec3) -> bool {
+    match &node.shape {
+        Some(Shape::Sphere { radius_m }) => radius_m.constant().is_some_and(|radius| p.length() < *radius),
+        Some(Shape::Box { size_m }) => (2.0 * p.abs()).cmplt(*size_m).all(),
+        _ => false,
+    }
+}
+
 /// A rectangle or an infinite plane in the world.
 struct Flat {
     index: usize,
-    material: usize,
     normal: DVec3,
     centre: DVec3,
     /// Half the width and half the height; none for a plane.
     half: Option<[DVec3; 2]>,
 }
 
-/// Flat shapes of different materials that lie over one another in one plane; of each the first other one.
+/// Flat shapes that lie over one another in one plane; of each the first other one.
 fn coplanar<'s>(still: &[usize], at: &impl Fn(usize) -> Option<(&'s Node, DAffine3)>) -> Vec<[usize; 2]> {
     let mut planes: HashMap<[i64; 4], Vec<Flat>> = HashMap::new();
     let mut found = Vec::new();
@@ -176,7 +237,7 @@ fn coplanar<'s>(still: &[usize], at: &impl Fn(usize) -> Option<(&'s Node, DAffin
         let first = normal.to_array().into_iter().find(|part| part.abs() > 1e-9).unwrap_or(1.0);
         let normal = normal * first.signum();
         let half = size.map(|size: DVec2| [0.5 * size.x * side(frame.x), 0.5 * size.y * side(frame.y)]);
-        let flat = Flat { index: *index, material: node.material, normal, centre: world.translation, half };
+        let flat = Flat { index: *index, normal, centre: world.translation, half };
         // Neighbours over the edge of a cell are missed; what is written to be in one plane is in one cell, though.
         let cell = |x: f64| (x * 1e6).round() as i64;
         let key = [cell(normal.x), cell(normal.y), cell(normal.z), cell(normal.dot(flat.centre))];
@@ -185,7 +246,7 @@ fn coplanar<'s>(still: &[usize], at: &impl Fn(usize) -> Option<(&'s Node, DAffin
         if pairs > PAIRS {
             break;
         }
-        let other = others.iter().find(|other| other.material != flat.material && overlap(other, &flat));
+        let other = others.iter().find(|other| overlap(other, &flat));
         found.extend(other.map(|other| [other.index, *index]));
         others.push(flat);
     }

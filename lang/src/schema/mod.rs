@@ -276,7 +276,15 @@ impl Kind {
 pub fn kind(name: &str) -> Option<&'static Kind> {
     static TABLE: LazyLock<FxHashMap<&str, &Kind>> =
         LazyLock::new(|| KINDS.iter().map(|kind| (kind.name, kind)).collect());
-    TABLE.get(name).copied()
+    TABLE.get(name).or_else(|| TABLE.get(current(name)?)).copied()
+}
+
+/// Names of kinds that this version still understands and the next one will not, with the names that they have now.
+pub const DEPRECATED: &[(&str, &str)] = &[("ggx", "metal")];
+
+/// What a deprecated name of a kind is called now.
+pub fn current(name: &str) -> Option<&'static str> {
+    DEPRECATED.iter().find(|(old, _)| *old == name).map(|(_, new)| *new)
 }
 
 impl Type {

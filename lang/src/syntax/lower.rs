@@ -101,7 +101,8 @@ fn item(node: Part<'_>, docs: Docs) -> Option<Item> {
     let span = node.span();
     let value_of = |kind| value_after(node, kind).unwrap_or_else(|| missing_in(node));
     let ty = || child(node, K::Ty).map(type_of);
-    let name_of = || find_name(node, &[K::Ident]);
+    // A keyword is no name, which is reported; it is what the rest of the file calls it by, though.
+    let name_of = || find_name(node, &[K::Ident, K::BadName]);
     let body = || child(node, K::Block).map(block);
     Some(match node.kind() {
         K::Property | K::EqProperty => Item::Property(Property {
@@ -189,7 +190,7 @@ fn formals(node: Part<'_>) -> Vec<Formal> {
     let formals = params.nodes().filter(|formal| formal.kind() == SyntaxKind::Formal);
     let formals = formals.filter_map(|formal| {
         Some(Formal {
-            name: find_name(formal, &[SyntaxKind::Ident])?,
+            name: find_name(formal, &[SyntaxKind::Ident, SyntaxKind::BadName])?,
             ty: child(formal, SyntaxKind::Ty).map(type_of),
             default: value_after(formal, SyntaxKind::Equals),
             span: formal.span(),

@@ -20,5 +20,5 @@ pub(crate) use expr::level_of;
 pub use kind::SyntaxKind;
 pub use part::Part;
 pub use scan::MAX_NESTING;
-pub(crate) use scan::line_comments;
+pub(crate) use scan::{block_end, line_comments, words};
 pub use tree::{Tree, parse, parse_value};

@@ -118,6 +118,51 @@ pub fn line_comments(text: &str) -> impl Iterator<Item = usize> {
     })
 }
 
+/// Behind the `}` that closes a `{`, or the text's end.
+pub fn block_end(text: &str, open: usize) -> usize {
+    let bytes = text.as_bytes();
+    let (mut at, mut depth) = (open, 0usize);
+    while let Some(byte) = bytes.get(at) {
+        at = match (byte, bytes.get(at + 1)) {
+            (b'"', _) => string_end(bytes, at).0,
+            (b'/', Some(b'/')) => line_end(bytes, at),
+            (b'/', Some(b'*')) => comment_end(bytes, at),
+            _ => at + 1,
+        };
+        match byte {
+            b'{' => depth += 1,
+            b'}' if depth <= 1 => break,
+            b'}' => depth -= 1,
+            _ => {}
+        }
+    }
+    at
+}
+
+/// Where a word stands in a text, outside of strings and comments. It may have dashes inside.
+pub fn words(text: &str, word: &str) -> Vec<usize> {
+    let bytes = text.as_bytes();
+    let in_word = |character: char| unicode_ident::is_xid_continue(character) || character == '-' && word.contains('-');
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        at = match (bytes[at], bytes.get(at + 1)) {
+            (b'"', _) => string_end(bytes, at).0,
+            (b'/', Some(b'/')) => line_end(bytes, at),
+            (b'/', Some(b'*')) => comment_end(bytes, at),
+            _ => {
+                let rest = text.get(at..).unwrap_or_default();
+                let length = rest.find(|next: char| !in_word(next)).unwrap_or(rest.len());
+                if length > 0 && rest.get(..length).map(|found| found.trim_end_matches('-')) == Some(word) {
+                    found.push(at);
+                }
+                at + length.max(rest.chars().next().map_or(1, char::len_utf8))
+            }
+        };
+    }
+    found
+}
+
 /// Behind the closing quote and true, or the line's end and false if there is none.
 pub(super) fn string_end(bytes: &[u8], start: usize) -> (usize, bool) {
     let mut at = start + 1;

@@ -20,6 +20,19 @@ pub(super) const ROWS: &[Row] = &[
         good: scene!("plane ground { rigid_body { kind: fixed } }"),
     },
     Row {
+        code: "W0901",
+        title: "a deprecated name",
+        text: "The name still means what it meant, but the next version of the language will not know it.",
+        bad: scene!(
+            r#"ggx gold { color: #ffd700 }
+sphere ball { material: gold }"#
+        ),
+        good: scene!(
+            r#"metal gold { color: #ffd700 }
+sphere ball { material: gold }"#
+        ),
+    },
+    Row {
         code: "W0902",
         title: "an allowance that is none",
         text: "A warning is allowed by `// allow(W0401): why` on a line of its own above the line that gets it. The \

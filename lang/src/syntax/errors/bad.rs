@@ -16,6 +16,8 @@ impl Finder<'_> {
         let text = self.text(span);
         if self.confusables(span)
             || self.open_string(span)
+            || self.single_equals(span, text, missing.as_ref())
+            || missing.is_none() && !bad.is_elem && self.nameless_vector(span, text)
             || self.literal(span, text)
             || self.name(span, text, missing.as_ref())
         {
@@ -69,6 +71,44 @@ impl Finder<'_> {
             Some(at) => self.bad_string(Span::new(span.start + at as u32, span.end)),
             None => return false,
         }
+        true
+    }
+
+    /// `euler(x = 30deg)`, `if a = 2 {`
+    fn single_equals(&mut self, span: Span, text: &str, missing: Option<&Missing>) -> bool {
+        let Some(rest) = text.strip_prefix('=').filter(|rest| !rest.starts_with('=')) else { return false };
+        let value = Span::new(span.start, span.end - rest.trim_start().len() as u32);
+        let sign = Span::new(span.start, span.start + 1);
+        let before = self.text(Span::new(0, span.start)).trim_end();
+        let gap = Span::new(before.len() as u32, value.end);
+        let found = match missing {
+            Some(missing) if missing.found.message.ends_with("after the condition") => missing
+                .found
+                .clone()
+                .primary(self.file(), sign, "does not compare")
+                .fix(Safe, "two values are compared with `==`", self.file(), sign, "=="),
+            None if before.ends_with(is_xid_continue) && !rest.trim().is_empty() => self
+                .error("E0106", "arguments use `:`, not `=`", sign, "use `:`")
+                .fix(Safe, "use `:`", self.file(), gap, ": "),
+            _ => return false,
+        };
+        self.push(found);
+        true
+    }
+
+    /// `sphere { <0, 1, 0>, 2 }`: what POV-Ray's shapes begin with has a name here.
+    fn nameless_vector(&mut self, span: Span, text: &str) -> bool {
+        let Some(end) = text.strip_prefix('<').and_then(|rest| rest.find('>')) else { return false };
+        let Some(written) = text.get(1..1 + end).map(super::shape::written_vector) else { return false };
+        let found = self
+            .error(
+                "E0125",
+                "vectors are written `(0, 1, 0)`",
+                Span::new(span.start, span.start + 1),
+                "`<` compares two values",
+            )
+            .help(format!("every value has a name here: `position: {written}`"));
+        self.push(found);
         true
     }
 
@@ -213,6 +253,11 @@ impl Finder<'_> {
     }
 
     fn unexpected(&mut self, span: Span, text: &str) {
+        if let Some(at) = text.find("*/") {
+            let place = Span::new(span.start + at as u32, span.start + at as u32 + 2);
+            let found = self.error("E0127", "unexpected `*/`", place, "no comment is open here");
+            return self.push(found.help("comments do not nest: the first `*/` ends one"));
+        }
         let (word, _) = split_name(text);
         let length = word.len().max(text.chars().next().map_or(0, char::len_utf8));
         let place = Span::new(span.start, span.start + length as u32);

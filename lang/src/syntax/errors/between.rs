@@ -29,14 +29,13 @@ impl Finder<'_> {
 
     /// `radius: 1 position: 2` on one line
     pub(super) fn separators(&mut self, block: Part<'_>) {
-        let mut previous: Option<(SyntaxKind, u32)> = None;
+        let mut previous: Option<Part<'_>> = None;
         for part in block.parts() {
-            let here = part.span();
             match part.kind() {
                 SyntaxKind::Whitespace | SyntaxKind::BlockComment if !part.text().contains('\n') => {}
                 kind if kind.is_node() => {
-                    if let Some((first, end)) = previous {
-                        self.no_separator(first, kind, end);
+                    if let Some(first) = previous.filter(|first| !self.value_is_next(*first, part)) {
+                        self.no_separator(first.kind(), kind, first.span().end);
                     }
                     // Behind a brace it is plain where an item ends, unless the brace belongs to a value.
                     let needs_end = match part.last_token().map(Part::kind) {
@@ -44,11 +43,35 @@ impl Finder<'_> {
                         Some(_) => kind.is_item(),
                         None => false,
                     };
-                    previous = needs_end.then_some((kind, here.end));
+                    previous = needs_end.then_some(part);
                 }
                 _ => previous = None,
             }
         }
+    }
+
+    /// `let r =` and, on the next line, `sphere ball { }`, whose first word was taken for the value; E0108.
+    fn value_is_next(&mut self, first: Part<'_>, second: Part<'_>) -> bool {
+        use SyntaxKind::{Colon, EqProperty, Equals, LetDecl, Node, ParamDecl, Property};
+        let is_kind = matches!(first.kind(), LetDecl | ParamDecl | Property | EqProperty) && second.kind() == Node;
+        let Some(value) = parts(first).last().filter(|value| is_kind && value.kind().is_value()).map(Part::span) else {
+            return false;
+        };
+        let sign = parts(first).filter(|part| matches!(part.kind(), Colon | Equals)).last().map(Part::span);
+        let Some(sign) = sign.filter(|sign| self.source.line_index(sign.end) < self.source.line_index(value.start)) else {
+            return false;
+        };
+        let Some(name) = parts(first).find(|part| part.span().start >= first.span().start && !is_word(*part)) else {
+            return false;
+        };
+        let name = self.text(name.span()).trim_matches('"').to_string();
+        let head = Span::new(value.start, second.first_token().map_or(value.end, |kind| kind.span().end));
+        let found = self
+            .error("E0108", format!("missing value for `{name}`"), Span::at(sign.end), "expected a value")
+            .label(self.file(), head, "this is the next item")
+            .help(format!("write a value behind the `{}`", self.text(sign)));
+        self.push(found);
+        true
     }
 
     fn no_separator(&mut self, first: SyntaxKind, second: SyntaxKind, at: u32) {
@@ -82,10 +105,18 @@ impl Finder<'_> {
             at = part.last_part();
         }
         let start = block.span().start;
+        if self.braced.contains(&start) {
+            return;
+        }
         let found =
             self.error("E0127", "this block belongs to nothing", Span::new(start, start + 1), "no kind before it");
         self.push(found.help("write what it is before it: `sphere ball { ... }`"));
     }
+}
+
+/// Whether it is the word that a declaration begins with.
+fn is_word(part: Part<'_>) -> bool {
+    matches!(part.kind(), SyntaxKind::KwLet | SyntaxKind::KwParam)
 }
 
 fn is_unclosed(bracket: Part<'_>) -> bool {

@@ -113,6 +113,17 @@ impl Finder<'_> {
             return;
         }
         let mut found = self.error("E0102", "unmatched `}`", token.span(), "closes nothing").help("remove it");
+        // Properties right before it belong to a block that was closed above them.
+        let items = std::iter::successors(token.previous(), |part| part.previous()).filter(|part| part.is_node());
+        let mut above = items.take(STRAY_SEARCH).skip_while(|part| part.kind() == SyntaxKind::Property);
+        let behind = std::iter::successors(token.previous(), |part| part.previous()).find(|part| part.is_node());
+        if behind.is_some_and(|part| part.kind() == SyntaxKind::Property)
+            && let Some(close) = above.next().and_then(Part::last_token)
+            && close.kind() == SyntaxKind::CloseBrace
+        {
+            let found = found.label(self.file(), close.span(), "this closes the block too early");
+            return self.push(found.help("or remove the one that closes too early"));
+        }
         let mut at = token.previous();
         let mut steps = 0;
         while let Some(part) = at.filter(|_| steps < STRAY_SEARCH) {

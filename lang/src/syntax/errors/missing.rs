@@ -46,15 +46,70 @@ impl Finder<'_> {
             self.merged.extend(bad.map(|bad| bad.span.start));
             return self.write_else_if(next);
         }
+        if expected.code == "E0108" && is_keyword(self.text(next)) && self.keywords.contains(self.text(next)) {
+            self.merged.extend(bad.map(|bad| bad.span.start));
+            return;
+        }
+        if expected.code == "E0108" && bad.is_none() && self.braced_vector(at) {
+            return;
+        }
+        let wants_ease = before.is_some_and(|before| before.kind() == SyntaxKind::KwEase);
+        if let Some(bad) = bad.filter(|_| wants_ease) {
+            self.merged.insert(bad.span.start);
+            return self.bad_ease(bad.span);
+        }
         let place = bad.map_or(Span::at(at), |bad| self.trimmed(bad.span));
         let mut found = self.error(expected.code, expected.message, place, expected.label);
-        if !expected.help.is_empty() {
+        if expected.code == "E0108" && is_keyword(self.text(next)) {
+            found = found.help(format!("`{}` is a keyword: no value can have that name", self.text(next)));
+        } else if !expected.help.is_empty() {
             found = found.help(expected.help);
         }
         match bad {
             Some(bad) => self.bad_with(bad, Some(Missing { found, wants_name })),
             None => self.push(found),
         }
+    }
+
+    /// `position: {0, 1, 0}`
+    fn braced_vector(&mut self, at: u32) -> bool {
+        let line = self.source.line_span(self.source.line_index(at));
+        let rest = self.text(Span::new(at, line.end));
+        let start = rest.len() - rest.trim_start().len();
+        let Some(end) = rest.get(start..).filter(|rest| rest.starts_with('{')).and_then(|rest| rest.find('}')) else {
+            return false;
+        };
+        let inside = rest.get(start + 1..start + end).unwrap_or_default();
+        let plain = |text: &str| {
+            let text = text.trim().trim_start_matches('-');
+            text.starts_with(|digit: char| digit.is_ascii_digit()) && !text.contains([' ', ':', '{', '('])
+        };
+        if !inside.contains(',') || !inside.split(',').all(plain) {
+            return false;
+        }
+        let written = format!("({})", inside.trim());
+        let place = Span::new(at + start as u32, at + (start + end) as u32 + 1);
+        let found = self
+            .error("E0125", "vectors are written `(0, 1, 0)`", place, "braces hold properties")
+            .fix(Safe, format!("write `{written}`"), self.file(), place, written);
+        self.push(found);
+        self.braced.insert(place.start);
+        true
+    }
+
+    /// `ease ease-in-out`
+    fn bad_ease(&mut self, span: Span) {
+        let span = self.trimmed(span);
+        let text = self.text(span);
+        let end = text.find(|next: char| !(unicode_ident::is_xid_continue(next) || next == '-')).unwrap_or(text.len());
+        let place = Span::new(span.start, span.start + end.max(1) as u32);
+        let word = self.text(place);
+        let found = self.error("E0609", format!("no easing `{word}`"), place, "not an easing");
+        let found = match crate::builtin::ease::nearest(word) {
+            Some(near) => found.fix(Safe, format!("write `{near}`"), self.file(), place, near),
+            None => found.help("for example `linear`, `step`, `ease_in_out` or `out_cubic`"),
+        };
+        self.push(found);
     }
 
     /// `let x: 3`, `let x 3`, `param x: float`

@@ -87,6 +87,10 @@ struct Finder<'a> {
     passed: u32,
     /// Parts that were looked through for the cause of stray brackets.
     searched: usize,
+    /// Keywords that were used as names, which is reported.
+    keywords: BTreeSet<&'a str>,
+    /// Blocks that were meant as vectors, which is reported.
+    braced: BTreeSet<u32>,
 }
 
 /// Of so many findings on one line, of which one is reported, the rest of the line is passed over.
@@ -137,6 +141,8 @@ impl<'a> Finder<'a> {
             crowd: (u32::MAX, 0),
             passed: 0,
             searched: 0,
+            keywords: BTreeSet::new(),
+            braced: BTreeSet::new(),
         }
     }
 
@@ -209,7 +215,10 @@ impl<'a> Finder<'a> {
             SyntaxKind::Color => self.color(token),
             SyntaxKind::BadUnit => self.bad_unit(token),
             SyntaxKind::BadString => self.bad_string(token.span()),
-            SyntaxKind::BadName => self.keyword_as_name(token.span()),
+            SyntaxKind::BadName => {
+                self.keywords.insert(self.text(token.span()));
+                self.keyword_as_name(token.span());
+            }
             SyntaxKind::ExtraComma => self.extra_comma(token.span()),
             SyntaxKind::StrayClose => self.stray_close(token),
             SyntaxKind::BadItem | SyntaxKind::BadElem => {

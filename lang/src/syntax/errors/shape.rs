@@ -4,6 +4,7 @@ use super::*;
 use crate::diagnostic::Applicability::{Maybe, Safe};
 use crate::diagnostic::Edit;
 use crate::syntax::expr::{COMPARISON, RANGE, binary_op, level};
+use crate::syntax::scan;
 
 impl Finder<'_> {
     /// `radius = 0.5`
@@ -179,7 +180,11 @@ impl Finder<'_> {
             let start = name.start + offset as u32;
             Edit { file: self.file(), span: Span::new(start, start + 1), insert: "_".to_string() }
         });
-        let edits = dashes.collect();
+        let mut edits: Vec<Edit> = dashes.collect();
+        // It is called so in other places, too.
+        let places = scan::words(&self.source.text, text).into_iter().map(|at| at as u32).filter(|at| *at != name.start);
+        let others = places.map(|at| Span::new(at, at + name.len()));
+        edits.extend(others.map(|span| Edit { file: self.file(), span, insert: written.clone() }));
         let found = self.error("E0114", "`-` is not allowed in names", at, format!("in the name `{text}`")).fix_edits(
             Safe,
             format!("write `{written}`"),
@@ -200,14 +205,18 @@ impl Finder<'_> {
         );
         if let Some(end) = rest.find('>') {
             let inside = rest.get(1..end).unwrap_or_default();
-            let written =
-                format!("({})", inside.split(',').map(|value| with_digit(value.trim())).collect::<Vec<_>>().join(", "));
+            let written = written_vector(inside);
             let span = Span::new(start, start + end as u32 + 1);
             let applicability = if inside.contains(['(', '<', '"']) { Maybe } else { Safe };
             found = found.fix(applicability, format!("write `{written}`"), self.file(), span, written);
         }
         self.push(found);
     }
+}
+
+/// What is between `<` and `>` as a vector.
+pub(super) fn written_vector(inside: &str) -> String {
+    format!("({})", inside.split(',').map(|value| with_digit(value.trim())).collect::<Vec<_>>().join(", "))
 }
 
 /// `.5` as `0.5`
