@@ -388,7 +388,14 @@ impl Loaded {
             (_, name) => name,
         };
         match self.node_place(name, error.property) {
-            Some((file, span)) => found.primary(file, span, ""),
+            Some((file, span)) => {
+                let label = match error.fault {
+                    Fault::OutOfRange { value, .. } => format!("comes to {value}"),
+                    Fault::NotFinite => "comes to no number".to_string(),
+                    _ => String::new(),
+                };
+                found.primary(file, span, label)
+            }
             None => found,
         }
     }
@@ -428,7 +435,7 @@ fn place_of(items: &[Item], name: &str, property: &str) -> Option<Span> {
                 return inside(&node.body);
             }
             let set = node.body.iter().flat_map(|block| &block.items).find_map(|item| match item {
-                Item::Property(set) if &*set.name.text == property => Some(set.span),
+                Item::Property(set) if &*set.name.text == property => Some(set.value.span),
                 _ => None,
             });
             set.or(called.map(|called| called.span))

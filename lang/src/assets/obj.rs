@@ -62,7 +62,17 @@ pub fn read(bytes: &[u8], library: &dyn Fn(&str) -> Result<Vec<u8>, String>) -> 
         Ok::<_, LoadError>(all)
     };
     let (models, materials) = tobj::load_obj_buf(&mut text.as_bytes(), &options, materials).map_err(|error| {
-        AssetError::unreadable(format!("is not a valid OBJ file: {}", lower_first(&error.to_string())))
+        let outside = matches!(
+            error,
+            LoadError::FaceVertexOutOfBounds
+                | LoadError::FaceTexCoordOutOfBounds
+                | LoadError::FaceNormalOutOfBounds
+                | LoadError::FaceColorOutOfBounds
+        );
+        match outside {
+            true => AssetError::unusable("a face refers to a vertex that is not there"),
+            false => AssetError::unreadable(format!("is not a valid OBJ file: {}", lower_first(&error.to_string()))),
+        }
     })?;
     let materials = materials.unwrap_or_default();
     let mut missing = missing.into_inner();

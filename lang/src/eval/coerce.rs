@@ -12,6 +12,7 @@ use crate::eval::expr::short_text;
 use crate::eval::graph::Scalar;
 use crate::eval::items::wrong_count;
 use crate::eval::machine::{Machine, NodeKind};
+use crate::eval::resolve::has_unlike_arms;
 use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
 use crate::source::{FileId, Span};
 use crate::suggest::{all_of, any_of, suggest, value_for};
@@ -338,6 +339,9 @@ impl<'a> Machine<'a> {
     }
 
     fn wrong_type(&mut self, value: &Value, site: &Site<'a>, span: Span, whole: bool) {
+        if has_unlike_arms(site.expr) {
+            return;
+        }
         let found = self.describe(value);
         let wanted = site.property.ty.with_article();
         let file = self.file();
@@ -390,7 +394,9 @@ impl<'a> Machine<'a> {
                 let written = if number.is_bare_zero() { "false" } else { "true" };
                 diagnostic = diagnostic.fix(Applicability::Maybe, format!("write `{written}`"), file, span, written);
             }
-            (Type::Node(Sort::Material), Value::Color(_)) if whole => {
+            (Type::Node(Sort::Material), Value::Color(_))
+                if whole && matches!(site.expr.kind, ExprKind::Color(_) | ExprKind::Call { .. } | ExprKind::Path(_)) =>
+            {
                 let written = format!("diffuse {{ color: {} }}", self.text(span));
                 let help = format!("write `{}`", short_text(&written));
                 diagnostic = diagnostic.fix(Applicability::Maybe, help, file, span, written);

@@ -243,7 +243,9 @@ impl<'a> Machine<'a> {
                 let (Scalar::Const(start), Scalar::Const(end)) = (from.value, to.value) else {
                     let counted = if what == "nodes" { "the number of nodes" } else { "the length of a list" };
                     let moving = if from.value.constant().is_some() { to.value } else { from.value };
-                    self.structure(counted, moving, head.over.span, head.span);
+                    self.rooted(&head.over, env, |machine| {
+                        machine.structure(counted, moving, head.over.span, head.span);
+                    });
                     return false;
                 };
                 let count = (end - start).max(0.0).ceil();

@@ -34,7 +34,7 @@ impl<'a> Machine<'a> {
 
     fn explain(&mut self, at: usize, expr: &'a Expr, env: &Env<'a>) {
         let Some(diagnostic) = self.diagnostics.get(at) else { return };
-        let about_values = ["E03", "E04"].iter().any(|group| diagnostic.code.starts_with(group));
+        let about_values = ["E03", "E04", "E0601"].iter().any(|group| diagnostic.code.starts_with(group));
         let inside = |span: Span| expr.span.start <= span.start && span.end <= expr.span.end;
         if self.stopped || !about_values || !diagnostic.place().is_some_and(|(_, span)| inside(span)) {
             return;
@@ -126,6 +126,7 @@ impl<'a> Machine<'a> {
         match reader.env.find_path(&path.segments, is_value) {
             Some((scope, Binding::Let(cell), names)) => {
                 let LetState::Done(value) = cell.state.borrow().clone() else { return };
+                let moves = !value.is_constant();
                 let Some(shown) = shown(&value) else { return };
                 let name: Vec<&str> = path.segments.iter().take(names).map(|name| &*name.text).collect();
                 let name = name.join(".");
@@ -137,6 +138,7 @@ impl<'a> Machine<'a> {
                 note(
                     notes,
                     match written == shown {
+                        _ if moves => format!("`{name}` changes over time: `{written}`, {line}"),
                         true => format!("`{name}` is {shown}, {line}"),
                         false => format!("`{name}` is {shown}: `{written}`, {line}"),
                     },

@@ -834,7 +834,17 @@ impl<'a> Resolver<'a> {
             [] => diagnostic.help(format!("`{}` has: {}", kind.name, known.join(", "))),
             [only] => {
                 let text = format!("a property with a similar name exists: `{only}`");
-                diagnostic.fix(trust_value(name, only), text, file, property.name.span, *only)
+                match trust_value(name, only) {
+                    Applicability::Safe => {
+                        diagnostic.fix(Applicability::Safe, text, file, property.name.span, *only)
+                    }
+                    _ => diagnostic.help(match *only {
+                        "size" => "its extents are one property: `size: (x, y, z)`".to_string(),
+                        "resolution" => "width and height are one property: `resolution: (1280, 720)`".to_string(),
+                        "rotation" => "it is turned by `rotation: rotate_y(45deg)`".to_string(),
+                        _ => text,
+                    }),
+                }
             }
             several => {
                 diagnostic.help(format!("properties with similar names exist: {}", all_of(several.iter().copied())))
@@ -1256,22 +1266,11 @@ impl<'a> Resolver<'a> {
     /// E0312, where it can be seen without computing.
     fn arms(&mut self, value: &'a ast::IfValue) {
         let last = value.arms.iter().map(|(_, arm)| arm).chain([&value.otherwise]);
-        let mut first: Option<(String, Span, bool)> = None;
-        for arm in last {
-            let Some((shape, bare)) = shape(arm) else { continue };
-            match &first {
-                None => first = Some((shape, arm.span, bare)),
-                // A bare number may be a length, and 0 is anything.
-                Some((.., was_bare)) if bare || *was_bare => {}
-                Some((before, at, _)) if *before != shape => {
-                    let diagnostic = Diagnostic::new("E0312", "`if` arms have different types")
-                        .primary(self.file(), arm.span, format!("this is {shape}"))
-                        .label(self.file(), *at, format!("this is {before}"));
-                    self.report(diagnostic);
-                    return;
-                }
-                Some(_) => {}
-            }
+        if let Some([(before, at), (shape, span)]) = unlike(last) {
+            let diagnostic = Diagnostic::new("E0312", "`if` arms have different types")
+                .primary(self.file(), span, format!("this is {shape}"))
+                .label(self.file(), at, format!("this is {before}"));
+            self.report(diagnostic);
         }
     }
 
@@ -1636,16 +1635,42 @@ fn material_with(name: &str) -> Option<&'static str> {
     })
 }
 
-/// What an expression is, as far as its text alone tells, and whether it is a number that lacks a unit.
-fn shape(expr: &Expr) -> Option<(String, bool)> {
+/// Whether the arms of an `if` are not of one type, as far as their text alone tells: E0312 is then said of them.
+pub fn has_unlike_arms(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::If(value) => unlike(value.arms.iter().map(|(_, arm)| arm).chain([&value.otherwise])).is_some(),
+        _ => false,
+    }
+}
+
+/// The first two arms of different types: what they are, and where.
+fn unlike<'e>(arms: impl Iterator<Item = &'e Expr>) -> Option<[(String, Span); 2]> {
+    let mut first: Option<(String, Option<bool>, Span)> = None;
+    for arm in arms {
+        let Some((shape, has_unit)) = shape(arm) else { continue };
+        match first.take() {
+            None => first = Some((shape, has_unit, arm.span)),
+            // A bare number may be a length, and 0 is anything.
+            Some((before, Some(had_unit), at)) if has_unit.is_some_and(|has| !has || !had_unit) => {
+                first = Some((before, Some(had_unit), at));
+            }
+            Some((before, _, at)) if before != shape => return Some([(before, at), (shape, arm.span)]),
+            same => first = same,
+        }
+    }
+    None
+}
+
+/// What an expression is, as far as its text alone tells; of a number, whether it has a unit.
+fn shape(expr: &Expr) -> Option<(String, Option<bool>)> {
     if let ExprKind::Unary { op: ast::UnaryOp::Neg, value, .. } = &expr.kind {
         return shape(value);
     }
     if let ExprKind::Number(number) = &expr.kind {
         let of = number.unit.as_ref().and_then(|unit| unit.si).map(|(_, of)| of);
-        return Some((of.unwrap_or_default().with_article(), number.unit.is_none()));
+        return Some((of.unwrap_or_default().with_article(), Some(number.unit.is_some())));
     }
-    Some((simple_shape(expr)?.to_string(), false))
+    Some((simple_shape(expr)?.to_string(), None))
 }
 
 fn simple_shape(expr: &Expr) -> Option<&'static str> {

@@ -14,6 +14,7 @@ use crate::eval::machine::{Machine, not_yet};
 use crate::schema::{Sort, Type};
 use crate::source::{FileId, Span};
 use crate::suggest::all_of;
+use crate::syntax::words;
 use crate::value::Value;
 
 /// The names of what is known of a point, where nothing else has them.
@@ -155,6 +156,14 @@ impl<'a> Machine<'a> {
             false => ("E0613", "the point of a surface", points.label()),
         };
         let message = format!("{what} may not depend on {on}");
+        // The clock itself, where it stands there.
+        let text = self.text(span);
+        let clock = words(text, "time").into_iter().map(|at| (at, 4));
+        let clock = clock.chain(words(text, "frame").into_iter().map(|at| (at, 5))).min();
+        let span = match clock.filter(|_| on == "time") {
+            Some((at, length)) => Span::new(span.start + at as u32, span.start + at as u32 + length),
+            None => span,
+        };
         let mut diagnostic = Diagnostic::new(code, message).primary(self.file(), span, label);
         if around != span {
             diagnostic = diagnostic.label(self.file(), around, "decides it here");
