@@ -188,6 +188,14 @@ quad {{ normal: (0, 0, 1), size: (2, 2), material: mix(a, b, amount: uv.x) }}"
     check("amount", &world(&text), 0.04, |at| DVec3::splat(0.5 + 0.5 * at.x));
     let text = format!("{HEAD}{QUAD}emitter m {{ color: linear(uv.x, uv.y, 0), radiance: 5W/m^2/sr }}");
     check("emitter", &world(&text), 1e-5, |at| DVec3::new(2.5 + 2.5 * at.x, 2.5 + 2.5 * at.y, 0.0));
+    // Its radiance, alone and times a colour that differs as well; below 0 there is no light.
+    let text = format!("{HEAD}{QUAD}emitter m {{ radiance: 4W/m^2/sr * p.x / 1m }}");
+    check("radiance", &world(&text), 1e-5, |at| DVec3::splat((4.0 * at.x).max(0.0)));
+    let text = format!("{HEAD}{QUAD}emitter m {{ color: linear(1, uv.y, 2), radiance: 5W/m^2/sr * uv.x }}");
+    check("radiance and colour", &world(&text), 1e-5, |at| {
+        let radiance = 2.5 + 2.5 * at.x;
+        DVec3::new(radiance, radiance * (0.5 + 0.5 * at.y), 2.0 * radiance)
+    });
 }
 
 /// A lamp whose light is computed lights a floor as the same lamp of parts does.
@@ -205,7 +213,11 @@ quad { normal: (0, 0, 1), size: (4, 4), material: diffuse { } }\n";
         let picture = cpu.picture(&world(&format!("lang 1\n{floor}{lamp}")));
         picture.iter().sum::<DVec3>() / 64.0
     };
+    let radiant = "quad { position: (0, 0, 12), normal: (0, 0, -1), size: (10, 10)
+        material: emitter { color: linear(9, 1, 1), radiance: 1W/m^2/sr * step(0, p.x / 1m) } }";
+    let radiant = mean(radiant);
     let (whole, half) = (mean(whole), mean(half));
+    assert!((radiant - half).abs().max_element() < 0.02 * half.x, "{radiant} {half}");
     assert!((whole - half).abs().max_element() < 0.02 * half.x, "{whole} {half}");
 }
 

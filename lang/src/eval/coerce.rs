@@ -6,7 +6,7 @@ use kinora_scene::{Keys, Spectrum};
 
 use crate::builtin::texture::{Paint, Texture};
 use crate::diagnostic::{Applicability, Diagnostic};
-use crate::dimension::{Dimension, short};
+use crate::dimension::{Dimension, short, show};
 use crate::eval::curve;
 use crate::eval::expr::short_text;
 use crate::eval::graph::Scalar;
@@ -14,6 +14,7 @@ use crate::eval::items::wrong_count;
 use crate::eval::machine::{Machine, NodeKind};
 use crate::eval::resolve::has_unlike_arms;
 use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
+use crate::library::is_path;
 use crate::source::{FileId, Span};
 use crate::suggest::{all_of, any_of, suggest, value_for};
 use crate::syntax::ast::{Expr, ExprKind};
@@ -277,6 +278,16 @@ impl<'a> Machine<'a> {
             return None;
         }
         match (property.ty, &**texture) {
+            // Pictures have no unit; an expression has been fitted to it before it became a texture.
+            (Type::Number(dimension, _), _) if !dimension.is_none() && texture.tape().is_none() => {
+                let (wanted, found) = (dimension.with_article(), texture.with_article());
+                let diagnostic = Diagnostic::new("E0302", format!("expected {wanted}, found {found}"))
+                    .primary(file, span, format!("this is {found}, without a unit"))
+                    .label(file, site.name, format!("`{}` is {wanted}", property.name))
+                    .help("let `color` be the picture: it scales the light");
+                self.report(diagnostic);
+                return None;
+            }
             (Type::NormalMap, Texture::Normal { .. }) => {}
             (Type::NormalMap, Texture::Image(_)) => {
                 let diagnostic = Diagnostic::new("E0301", "expected a normal map, found an image")
@@ -738,6 +749,11 @@ impl<'a> Machine<'a> {
                 };
                 let label = self.computed(verb, value, dimension, place);
                 let mut diagnostic = Diagnostic::new(code, message).primary(self.file(), place, label);
+                // There the label is about the call that led there.
+                if is_path(&self.source.source(place.start).name) {
+                    let text = short_text(self.text(place));
+                    diagnostic = diagnostic.note(format!("`{text}` is {}", show(value, dimension)));
+                }
                 if let Some(bytes) = self.bytes(site, span) {
                     let file = self.file();
                     let text = format!("channels go from 0 to 1: write `{bytes}`");

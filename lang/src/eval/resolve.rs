@@ -1228,7 +1228,7 @@ impl<'a> Resolver<'a> {
         let quoted = format!("\"{text}\"");
         let diagnostic = Diagnostic::new("E0203", format!("no value named `{first}` here"))
             .primary(file, expr.span, "a text without quotes")
-            .fix(Applicability::Safe, format!("write `{quoted}`"), file, expr.span, quoted);
+            .fix(Applicability::Maybe, format!("write `{quoted}`"), file, expr.span, quoted);
         self.report(diagnostic);
         true
     }

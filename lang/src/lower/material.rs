@@ -45,7 +45,8 @@ pub struct TextureRequest {
 fn slot_of(name: &str, texture: &Texture) -> Option<Slot> {
     Some(match (name, texture) {
         ("normal", Texture::Normal { strength, .. }) => Slot::Normal { strength: *strength },
-        ("color" | "tint", _) => Slot::Color,
+        // What differs from point to point scales a radiance of 1, as a colour does.
+        ("color" | "tint" | "radiance", _) => Slot::Color,
         ("edge_tint", _) => Slot::EdgeTint,
         ("roughness", _) => Slot::Roughness,
         ("anisotropy", _) => Slot::Anisotropy,

@@ -26,8 +26,14 @@ impl Lower<'_, '_> {
                 *slot = *id;
             }
         }
-        let still: Vec<usize> =
-            (0..scene.nodes.len()).filter(|index| worlds.get(*index).is_some_and(Option::is_some)).collect();
+        // What is in error may be meant to be elsewhere.
+        let whole = |id: &NodeId| {
+            let node = self.machine.done(*id);
+            node.is_none_or(|node| node.properties.iter().all(|set| set.data.is_some()))
+        };
+        let still: Vec<usize> = (0..scene.nodes.len())
+            .filter(|index| worlds.get(*index).is_some_and(Option::is_some) && ids.get(*index).is_none_or(whole))
+            .collect();
         let id = |index: usize| ids.get(index).copied().unwrap_or(NodeId(u32::MAX));
         let at = |index: usize| Some((scene.nodes.get(index)?, worlds.get(index).copied().flatten()?));
         for [lamp, shell] in shut_in(scene, shining, &still, &at) {

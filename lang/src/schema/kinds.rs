@@ -339,7 +339,8 @@ const EMITTER: &[Property] = &[
     row("color", Type::Color, ONE, "scales the light; may exceed 1").check(Check::AtLeast0).moving().varying(),
     row("radiance", si(Dimension::RADIANCE, Refused), ONE, "light per area and solid angle")
         .check(Check::AtLeast0)
-        .moving(),
+        .moving()
+        .varying(),
     row("power", POWER, Default::Computed, "light of the whole surface, instead of `radiance`")
         .check(Check::AtLeast0)
         .moving(),
