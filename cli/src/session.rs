@@ -394,9 +394,43 @@ impl Loaded {
                     Fault::NotFinite => "comes to no number".to_string(),
                     _ => String::new(),
                 };
-                found.primary(file, span, label)
+                let mut found = found.primary(file, span, label);
+                if file == self.tree.source.id {
+                    self.note_lets(span, &mut found);
+                }
+                found
             }
             None => found,
+        }
+    }
+
+    /// Notes of the values at the top of the scene that a text names, and of those that these name.
+    fn note_lets(&self, span: Span, found: &mut Diagnostic) {
+        /// More of them are not read.
+        const MOST: usize = 4;
+        let source = &self.tree.source;
+        let lets = self.tree.file().items.iter().filter_map(|item| match item {
+            Item::Let(decl) => Some((&*decl.name.as_ref()?.text, decl.value.span)),
+            _ => None,
+        });
+        let lets: Vec<(&str, Span)> = lets.collect();
+        let (mut open, mut noted) = (vec![span], Vec::new());
+        while let Some(text) = open.pop().map(|span| source.slice(span)) {
+            let words = text.split(|letter: char| !letter.is_alphanumeric() && letter != '_');
+            for word in words {
+                let Some((name, value)) = lets.iter().find(|(name, _)| *name == word) else { continue };
+                if noted.contains(name) || noted.len() >= MOST {
+                    continue;
+                }
+                noted.push(name);
+                open.push(*value);
+                let (text, line) = (source.slice(*value), source.line_index(value.start) + 1);
+                if text.len() < 80 && !text.contains('\n') {
+                    found.notes.push(format!("`{name}` is `{text}`, line {line}"));
+                } else {
+                    found.notes.push(format!("`{name}` is computed on line {line}"));
+                }
+            }
         }
     }
 }

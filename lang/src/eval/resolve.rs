@@ -1219,6 +1219,7 @@ impl<'a> Resolver<'a> {
     /// `assets/bunny.obj` without quotes, where a text is wanted: whether that is what stands there, which is reported.
     fn bare_text(&mut self, expr: &'a Expr) -> bool {
         let text = self.source.slice(expr.span);
+        let text = &*text.replace(' ', "");
         let first = text.split(['.', '/']).next().unwrap_or(text);
         let plain = |letter: char| letter.is_alphanumeric() || "_-./".contains(letter);
         if !text.contains(['.', '/']) || !text.chars().all(plain) || self.find(first, |_| true).is_some() {
@@ -1236,26 +1237,30 @@ impl<'a> Resolver<'a> {
     /// `600kg/m3`: what is glued to a unit and means nothing was meant as a unit, too; E0305.
     fn glued_unit(&mut self, path: &'a ast::Path, op: Span) -> bool {
         let [name] = path.segments.as_slice() else { return false };
-        let before = self.source.slice(Span::new(op.start.saturating_sub(1), op.start));
-        let glued = op.end == name.span.start && before.starts_with(char::is_alphanumeric);
         let line = self.source.slice(Span::new(op.start.saturating_sub(24), op.start));
-        let unit = line.trim_end_matches(|letter: char| letter.is_alphanumeric() || "./*^".contains(letter));
-        let number = line[unit.len()..].starts_with(|digit: char| digit.is_ascii_digit());
-        if !glued || !number || self.find(&name.text, |_| true).is_some() {
+        let before = line.trim_end();
+        let unit = before.trim_end_matches(|letter: char| letter.is_alphanumeric() || "./*^".contains(letter));
+        let number = before[unit.len()..].starts_with(|digit: char| digit.is_ascii_digit())
+            && before.ends_with(|letter: char| letter.is_alphabetic());
+        if !number || self.find(&name.text, |_| true).is_some() {
             return false;
         }
         let file = self.file();
         let letters = name.text.trim_end_matches(|digit: char| digit.is_ascii_digit());
         let known = |word: &str| dimension::UNITS.iter().any(|unit| unit.0 == word);
+        let glued = before.len() == line.len() && op.end == name.span.start;
         let meant = match &name.text[letters.len()..] {
             power @ ("2" | "3" | "4") if known(letters) => Some(format!("{letters}^{power}")),
+            _ if !glued => return false,
             _ => suggest(&name.text, dimension::UNITS.iter().map(|unit| unit.0)).first().map(|near| near.to_string()),
         };
         let diagnostic =
             Diagnostic::new("E0305", format!("unknown unit `{}`", name.text)).primary(file, name.span, "not a unit");
         let diagnostic = match meant {
             Some(meant) => {
-                diagnostic.fix(Applicability::Safe, format!("did you mean `{meant}`?"), file, name.span, meant)
+                let place = Span::new(op.start - (line.len() - before.len()) as u32, name.span.end);
+                let insert = format!("{}{meant}", self.source.slice(op));
+                diagnostic.fix(Applicability::Safe, format!("did you mean `{meant}`?"), file, place, insert)
             }
             None => diagnostic.help("put spaces round the sign, if a value of that name was meant"),
         };

@@ -16,7 +16,7 @@ impl Finder<'_> {
         let text = self.text(span);
         if self.confusables(span)
             || self.open_string(span)
-            || self.single_equals(span, text, missing.as_ref())
+            || self.single_equals(span, text, missing.as_ref(), bad.is_elem)
             || missing.is_none() && !bad.is_elem && self.nameless_vector(span, text)
             || self.literal(span, text)
             || self.name(span, text, missing.as_ref())
@@ -75,7 +75,7 @@ impl Finder<'_> {
     }
 
     /// `euler(x = 30deg)`, `if a = 2 {`
-    fn single_equals(&mut self, span: Span, text: &str, missing: Option<&Missing>) -> bool {
+    fn single_equals(&mut self, span: Span, text: &str, missing: Option<&Missing>, is_elem: bool) -> bool {
         let Some(rest) = text.strip_prefix('=').filter(|rest| !rest.starts_with('=')) else { return false };
         let value = Span::new(span.start, span.end - rest.trim_start().len() as u32);
         let sign = Span::new(span.start, span.start + 1);
@@ -87,7 +87,7 @@ impl Finder<'_> {
                 .clone()
                 .primary(self.file(), sign, "does not compare")
                 .fix(Safe, "two values are compared with `==`", self.file(), sign, "=="),
-            None if before.ends_with(is_xid_continue) && !rest.trim().is_empty() => self
+            None if is_elem && before.ends_with(is_xid_continue) && !rest.trim().is_empty() => self
                 .error("E0106", "arguments use `:`, not `=`", sign, "use `:`")
                 .fix(Safe, "use `:`", self.file(), gap, ": "),
             _ => return false,
