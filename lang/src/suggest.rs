@@ -149,8 +149,26 @@ const FOREIGN: &[(&str, &str)] = &[
 
 /// Names of [`FOREIGN`] that mean another quantity or take another type there than here: a fix leaves the value to do.
 const UNLIKE: &[&str] = &[
-    "rotate", "rot", "orientation", "diameter", "hidden", "lens_radius", "width", "height", "depth", "length", "size",
-    "texture", "shader", "transparency", "bump", "intensity", "brightness", "max_depth", "tint", "n",
+    "rotate",
+    "rot",
+    "orientation",
+    "diameter",
+    "hidden",
+    "lens_radius",
+    "width",
+    "height",
+    "depth",
+    "length",
+    "size",
+    "texture",
+    "shader",
+    "transparency",
+    "bump",
+    "intensity",
+    "brightness",
+    "max_depth",
+    "tint",
+    "n",
 ];
 
 /// Words that other programs have for values, and what to write here: pi and what is true, and the colours of the web.
@@ -208,13 +226,28 @@ const NEAREST: &[(&[&str], &str)] = &[
             is the air",
     ),
     (
-        &["isosurface", "sor", "lathe", "prism", "superellipsoid", "sphere_sweep", "bicubic_patch", "poly", "quadric", "text", "sdf"],
+        &[
+            "isosurface",
+            "sor",
+            "lathe",
+            "prism",
+            "superellipsoid",
+            "sphere_sweep",
+            "bicubic_patch",
+            "poly",
+            "quadric",
+            "text",
+            "sdf",
+        ],
         "make it as a `mesh`, of a file or of `positions` and `indices` that are computed",
     ),
     (&["height_field", "heightfield", "terrain"], "compute the `positions` and `indices` of a `mesh` in a list"),
     (&["triangle", "polygon", "mesh2", "smooth_triangle"], "write `mesh { positions: [..], indices: [..] }`"),
     (&["object", "transform", "node", "shape"], "name the shape itself, such as `sphere`; several are a `group`"),
-    (&["material", "bsdf", "texture", "pigment", "finish"], "name what it is made of: `diffuse`, `metal`, `dielectric`, `glossy`"),
+    (
+        &["material", "bsdf", "texture", "pigment", "finish"],
+        "name what it is made of: `diffuse`, `metal`, `dielectric`, `glossy`",
+    ),
     (&["scene", "world", "global_settings"], "nodes stand at the top level of the file; settings are in `render { }`"),
 ];
 

@@ -7,7 +7,7 @@ use kinora_lang::parse;
 use kinora_lang::source::{FileId, Source, decode};
 
 /// Codes of the parser that a text alone cannot have, or that are tested elsewhere.
-const ELSEWHERE: &[&str] = &["E0119", "E0122"];
+const ELSEWHERE: &[&str] = &["E0119"];
 
 #[test]
 fn syntax() {

@@ -101,7 +101,7 @@ pub(super) fn plain(error: &dyn std::error::Error) -> String {
     }
     let text = deepest.to_string();
     let line = text.lines().next().unwrap_or_default().trim_end_matches('.');
-    if line == "failed to fill whole buffer" {
+    if line == "failed to fill whole buffer" || line.contains("Not enough bytes") || line.contains("nexpected end") {
         return "unexpected end of file".into();
     }
     let line = line.strip_prefix("invalid: ").map_or(line.to_string(), |what| format!("not valid: {what}"));

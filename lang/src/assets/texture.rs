@@ -10,10 +10,11 @@ use kinora_scene::{
 
 use super::{AssetError, picture};
 use crate::builtin::texture as said;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Applicability, Diagnostic};
 use crate::files::{Files, diagnose, resolve};
 use crate::lower::{Lowered, TextureRequest};
-use crate::source::Texts;
+use crate::source::{Span, Texts};
+use crate::syntax::words;
 
 /// Reads the pictures and puts the textures into the scene's materials.
 pub fn load_textures(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
@@ -111,7 +112,8 @@ impl Loader<'_> {
             .map_err(|error| diagnose(self.files, &error, (file, span), &picture.file, self.source.slice(span)))?;
         picture::read(path, &bytes).map_err(|AssetError { code, message, help }| {
             let diagnostic = Diagnostic::new(code, format!("`{path}` {message}")).primary(file, span, "cannot be used");
-            Box::new(if help.is_empty() { diagnostic } else { diagnostic.help(help) })
+            let help = if help.is_empty() { "save it again: the file is damaged, or cut off" } else { help };
+            Box::new(diagnostic.help(help))
         })
     }
 
@@ -119,11 +121,20 @@ impl Loader<'_> {
     fn data_as_color(&mut self, request: &TextureRequest) {
         let said::Texture::Image(picture) = &*request.texture else { return };
         if !request.color && picture.space == Some(ColorSpace::Srgb) {
-            self.diagnostics.push(
-                Diagnostic::new("W0809", "a ratio is read as an sRGB colour")
-                    .primary(self.source.id, request.span, "0.5 of the file counts as 0.21")
-                    .help("leave out `space: srgb`"),
+            let (file, text) = (self.source.id, self.source.slice(request.span));
+            let found = Diagnostic::new("W0809", "a ratio is read as an sRGB colour").primary(
+                file,
+                request.span,
+                "0.5 of the file counts as 0.21",
             );
+            self.diagnostics.push(match words(text, "srgb").as_slice() {
+                [at] => {
+                    let start = request.span.start + *at as u32;
+                    let place = Span::new(start, start + 4);
+                    found.fix(Applicability::Safe, "write `space: linear`", file, place, "linear")
+                }
+                _ => found.help("leave out `space: srgb`"),
+            });
         }
     }
 }

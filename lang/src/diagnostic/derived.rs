@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::Diagnostic;
-use crate::syntax::block_end;
 use crate::source::{FileId, Source, Span};
+use crate::syntax::block_end;
 
 /// Errors after which all that is written is known.
 const LOSES_NOTHING: &[&str] = &["E0106", "E0115", "E0116", "E0118"];
@@ -78,9 +78,8 @@ pub fn without_derived(found: &mut Vec<Diagnostic>, syntax: &[Diagnostic], sourc
 impl Doubt<'_> {
     fn explains(&self, code: &str, span: Span) -> bool {
         let name = || self.source.map_or("", |source| source.slice(span));
-        let on = |lines: &HashSet<u32>| {
-            self.source.is_some_and(|source| lines.contains(&source.line_index(span.start)))
-        };
+        let on =
+            |lines: &HashSet<u32>| self.source.is_some_and(|source| lines.contains(&source.line_index(span.start)));
         let own_line = || on(&self.lines) && !on(&self.heads);
         match code {
             "W0201" if self.words.contains(name()) => true,

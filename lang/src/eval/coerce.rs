@@ -13,8 +13,8 @@ use crate::eval::graph::Scalar;
 use crate::eval::items::wrong_count;
 use crate::eval::machine::{Machine, NodeKind};
 use crate::eval::resolve::has_unlike_arms;
-use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
 use crate::library::is_path;
+use crate::schema::{Bare, Check, Choice, Default, Property, Since, Sort, Type};
 use crate::source::{FileId, Span};
 use crate::suggest::{all_of, any_of, suggest, value_for};
 use crate::syntax::ast::{Expr, ExprKind};
@@ -406,7 +406,8 @@ impl<'a> Machine<'a> {
                 diagnostic = diagnostic.fix(Applicability::Maybe, format!("write `{written}`"), file, span, written);
             }
             (Type::Node(Sort::Material), Value::Color(_))
-                if whole && matches!(site.expr.kind, ExprKind::Color(_) | ExprKind::Call { .. } | ExprKind::Path(_)) =>
+                if whole
+                    && matches!(site.expr.kind, ExprKind::Color(_) | ExprKind::Call { .. } | ExprKind::Path(_)) =>
             {
                 let written = format!("diffuse {{ color: {} }}", self.text(span));
                 let help = format!("write `{}`", short_text(&written));
@@ -744,7 +745,9 @@ impl<'a> Machine<'a> {
                     _ => Dimension::NONE,
                 };
                 let verb = match site.property.ty {
-                    Type::Color => ["its red is", "its green is", "its blue is"].get(index).copied().unwrap_or("this is"),
+                    Type::Color => {
+                        ["its red is", "its green is", "its blue is"].get(index).copied().unwrap_or("this is")
+                    }
                     _ => "this is",
                 };
                 let label = self.computed(verb, value, dimension, place);

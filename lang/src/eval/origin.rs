@@ -34,7 +34,7 @@ impl<'a> Machine<'a> {
 
     fn explain(&mut self, at: usize, expr: &'a Expr, env: &Env<'a>) {
         let Some(diagnostic) = self.diagnostics.get(at) else { return };
-        let about_values = ["E03", "E04", "E0601"].iter().any(|group| diagnostic.code.starts_with(group));
+        let about_values = ["E03", "E04", "E0601", "E0901"].iter().any(|group| diagnostic.code.starts_with(group));
         let inside = |span: Span| expr.span.start <= span.start && span.end <= expr.span.end;
         if self.stopped || !about_values || !diagnostic.place().is_some_and(|(_, span)| inside(span)) {
             return;
@@ -212,6 +212,9 @@ fn note(notes: &mut Vec<String>, text: String) {
 /// Adds notes, each in the place of one that says less.
 fn add(diagnostic: &mut Diagnostic, notes: Vec<String>) {
     for text in notes {
+        if diagnostic.notes.contains(&text) {
+            continue;
+        }
         let less = |old: &&mut String| text.strip_prefix(old.as_str()).is_some_and(|rest| rest.starts_with([':', ',']));
         match diagnostic.notes.iter_mut().find(less) {
             Some(old) => *old = text,

@@ -115,9 +115,12 @@ pub fn list<'a>(machine: &mut Machine<'a>, known: &[Known<'a>], overrides: &Over
             } else {
                 let got = value.show();
                 let message = format!("`{called}` must be within {bounds}, got {got}");
-                let diagnostic = Diagnostic::new("E0413", message)
-                    .label(machine.file(), decl.span, "declared here")
-                    .help(format!("give a value from {} to {}", Value::Number(*low).show(), Value::Number(*high).show()));
+                let diagnostic =
+                    Diagnostic::new("E0413", message).label(machine.file(), decl.span, "declared here").help(format!(
+                        "give a value from {} to {}",
+                        Value::Number(*low).show(),
+                        Value::Number(*high).show()
+                    ));
                 machine.report(diagnostic);
                 *cell.state.borrow_mut() = LetState::Done(Value::Error);
             }

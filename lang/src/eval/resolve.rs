@@ -350,7 +350,8 @@ impl<'a> Resolver<'a> {
     /// Ends a scope: what was never used in it?
     fn leave(&mut self) {
         let Some(scope) = self.scopes.pop() else { return };
-        for name in &scope.order {
+        // What is at the top is seen from everywhere.
+        for name in scope.order.iter().filter(|_| !self.scopes.is_empty()) {
             if let Some(decl) = scope.names.get(name) {
                 self.ended.entry(name).or_insert(decl.span);
             }
@@ -659,7 +660,12 @@ impl<'a> Resolver<'a> {
             }
             Item::Param(decl) => {
                 if !matches!(place, Where::Top | Where::Nowhere) {
-                    self.misplaced("`param` must be at the top level".into(), decl.span, "not at the top level", "move it up, or write `let`");
+                    self.misplaced(
+                        "`param` must be at the top level".into(),
+                        decl.span,
+                        "not at the top level",
+                        "move it up, or write `let`",
+                    );
                 }
                 if let Some(ty) = &decl.ty {
                     self.ty(ty);
@@ -829,15 +835,14 @@ impl<'a> Resolver<'a> {
                     }
                 }
             }
-            [] if kind.sort == Sort::Material && GLOW.contains(&name) => diagnostic
-                .help("what gives off light is an `emitter { color: #fff, radiance: 5W/m^2/sr }`; `mix` it with another"),
+            [] if kind.sort == Sort::Material && GLOW.contains(&name) => diagnostic.help(
+                "what gives off light is an `emitter { color: #fff, radiance: 5W/m^2/sr }`; `mix` it with another",
+            ),
             [] => diagnostic.help(format!("`{}` has: {}", kind.name, known.join(", "))),
             [only] => {
                 let text = format!("a property with a similar name exists: `{only}`");
                 match trust_value(name, only) {
-                    Applicability::Safe => {
-                        diagnostic.fix(Applicability::Safe, text, file, property.name.span, *only)
-                    }
+                    Applicability::Safe => diagnostic.fix(Applicability::Safe, text, file, property.name.span, *only),
                     _ => diagnostic.help(match *only {
                         "size" => "its extents are one property: `size: (x, y, z)`".to_string(),
                         "resolution" => "width and height are one property: `resolution: (1280, 720)`".to_string(),
@@ -1079,9 +1084,7 @@ impl<'a> Resolver<'a> {
             None if &*name.text == schema::MIX.name => {
                 diagnostic.help("two materials are mixed by a call: `mix(a, b, amount: 0.5)`")
             }
-            None if nearest_kind(&name.text).is_some() => {
-                diagnostic.help(nearest_kind(&name.text).unwrap_or_default())
-            }
+            None if nearest_kind(&name.text).is_some() => diagnostic.help(nearest_kind(&name.text).unwrap_or_default()),
             None => {
                 let of = |sort: Sort| {
                     let names: Vec<&str> =
@@ -1142,9 +1145,8 @@ impl<'a> Resolver<'a> {
                         property.name.span,
                         near,
                     ),
-                    None if matches!(name, "position" | "rotation" | "scale" | "parent" | "visible") => diagnostic.help(
-                        format!("put the call into a group: `group {{ {name}: .., {prefab} {{ .. }} }}`"),
-                    ),
+                    None if matches!(name, "position" | "rotation" | "scale" | "parent" | "visible") => diagnostic
+                        .help(format!("put the call into a group: `group {{ {name}: .., {prefab} {{ .. }} }}`")),
                     None if known.is_empty() => diagnostic.help("it takes none"),
                     None => diagnostic.help(format!("it takes {}", all_of(known))),
                 };
@@ -1356,7 +1358,29 @@ impl<'a> Resolver<'a> {
             );
             return self.report(nearest_word(diagnostic, name, wanted.words, file, first.span));
         }
+        if !single && self.unknown_module(first, wanted) {
+            return;
+        }
         self.unknown_value(first, wanted);
+    }
+
+    /// `metals.gold` without its import: whether that is what it is, which is reported.
+    fn unknown_module(&mut self, name: &'a Name, wanted: Wanted) -> bool {
+        let path = format!("std/{}", name.text);
+        let known = library::find(&path).is_some();
+        if !known && wanted.sort != Some(Sort::Material)
+            || !self.guess(&name.text, std::iter::empty(), |_| true).is_empty()
+        {
+            return false;
+        }
+        if self.first_use("module", name) {
+            let from = if known { path } else { format!("{}.kin", name.text) };
+            let diagnostic = Diagnostic::new("E0203", format!("no module named `{}` here", name.text))
+                .primary(self.file(), name.span, "not an import")
+                .help(format!("add `import \"{from}\" as {}` on top", name.text));
+            self.report(diagnostic);
+        }
+        true
     }
 
     /// A value out of a module.
@@ -1418,15 +1442,21 @@ impl<'a> Resolver<'a> {
             diagnostic = diagnostic.help(format!("write `{} {{ .. }}`", name.text));
         } else if let Some(path) = library::declares(&name.text).filter(|_| wanted.sort == Some(Sort::Material)) {
             diagnostic = diagnostic.help(format!("add `import {{ {} }} from \"{path}\"` on top", name.text));
-        } else if let Some(near) = suggest(&name.text, materials()).first().filter(|_| wanted.sort == Some(Sort::Material)) {
+        } else if let Some(near) =
+            suggest(&name.text, materials()).first().filter(|_| wanted.sort == Some(Sort::Material))
+        {
             let text = &name.text;
             diagnostic = diagnostic.help(format!("write `{near} {{ }}`, or declare it: `{near} {text} {{ }}`"));
-        } else if let Some(value) = value_for(&name.text).filter(|value| wanted.sort.is_none() && (!value.starts_with('#') || wanted.colour)) {
+        } else if let Some(value) =
+            value_for(&name.text).filter(|value| wanted.sort.is_none() && (!value.starts_with('#') || wanted.colour))
+        {
             diagnostic = diagnostic.fix(Applicability::Maybe, format!("write `{value}`"), file, name.span, value);
         } else if matches!(&*name.text, "pi" | "PI" | "Pi" | "tau") && wanted.sort.is_none() {
-            diagnostic = diagnostic
-                .help("an angle has a unit: half a turn is `180deg` or `0.5turn`")
-                .help(format!("for the number itself write `let {} = {}`", name.text, if &*name.text == "tau" { "6.283185307179586" } else { "3.141592653589793" }));
+            diagnostic = diagnostic.help("an angle has a unit: half a turn is `180deg` or `0.5turn`").help(format!(
+                "for the number itself write `let {} = {}`",
+                name.text,
+                if &*name.text == "tau" { "6.283185307179586" } else { "3.141592653589793" }
+            ));
         } else if let Some(span) = self.ended.get(&*name.text).copied() {
             diagnostic = diagnostic
                 .label(file, span, "declared inside a block")
@@ -1465,6 +1495,15 @@ impl<'a> Resolver<'a> {
     fn call(&mut self, callee: &'a Expr, args: &'a [ast::Arg], span: Span, wanted: Wanted) {
         let mixes = wanted.sort == Some(Sort::Material) && self.source.slice(callee.span) == schema::MIX.name;
         for (i, arg) in args.iter().enumerate() {
+            // What is given to a parameter that is not there may be one of its words.
+            let known = |function: &builtin::Builtin| match &arg.name {
+                Some(name) => function.params.iter().any(|param| param.name == &*name.text),
+                None => true,
+            };
+            let plain = matches!(arg.value.kind, ExprKind::Path(_));
+            if plain && builtin::find(self.source.slice(callee.span)).is_some_and(|function| !known(function)) {
+                continue;
+            }
             let name = arg.name.as_ref().map_or(["a", "b"].get(i).copied().unwrap_or(""), |name| &*name.text);
             let words = self.argument_words(callee, i, arg);
             self.value(&arg.value, if mixes && matches!(name, "a" | "b") { wanted } else { words });
@@ -1485,8 +1524,10 @@ impl<'a> Resolver<'a> {
         if path.segments.len() > 1 {
             let is_module = |decl: &Declared<'_>| matches!(decl, Declared::Module(_) | Declared::Import);
             if self.find(&name.text, is_module).is_none() {
-                let diagnostic =
-                    Diagnostic::new("E0210", format!("no function `{text}`")).primary(file, path.span, "not found");
+                let module = &name.text;
+                let diagnostic = Diagnostic::new("E0210", format!("no function `{text}`"))
+                    .primary(file, path.span, "not found")
+                    .help(format!("add `import \"{module}.kin\" as {module}` on top"));
                 return self.report(diagnostic);
             }
             match self.member(path) {

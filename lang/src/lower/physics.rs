@@ -212,32 +212,33 @@ impl<'a> Lower<'_, 'a> {
         let file = self.machine.file();
         let chosen = read::set(node, "collider").map_or(self.span(part), |set| set.expr.span);
         let dynamic = body.kind == BodyKind::Dynamic;
-        let diagnostic = if plane && dynamic {
-            Diagnostic::new("E0902", "an infinite `plane` cannot be moved by forces")
-                .primary(file, self.span(part), "dynamic, where nothing else is said")
-                .label(file, self.span(id), "without end")
-                .help("write `kind: fixed`")
-        } else if plane && !matches!(body.collider, Collider::Auto | Collider::Mesh) {
-            Diagnostic::new("E0902", "nothing is about an infinite `plane`")
-                .primary(file, chosen, "has an end")
-                .label(file, self.span(id), "has none")
-                .help("leave `collider` out: a plane collides as a plane")
-        } else if dynamic && body.collider == Collider::Mesh {
-            let diagnostic = Diagnostic::new("E0902", "dynamic bodies need a convex or primitive collider")
-                .primary(file, chosen, "triangles have no inside");
-            match self.machine.text(chosen) {
-                "mesh" => diagnostic.note("`auto` makes hulls of its convex parts").fix(
-                    Applicability::Maybe,
-                    "write `collider: convex_hull`",
-                    file,
-                    chosen,
-                    "convex_hull",
-                ),
-                _ => diagnostic.help("write `collider: convex_hull`, or `auto` for hulls of its convex parts"),
-            }
-        } else {
-            return;
-        };
+        let diagnostic =
+            if plane && dynamic {
+                Diagnostic::new("E0902", "an infinite `plane` cannot be moved by forces")
+                    .primary(file, self.span(part), "dynamic, where nothing else is said")
+                    .label(file, self.span(id), "without end")
+                    .help("write `kind: fixed`")
+            } else if plane && !matches!(body.collider, Collider::Auto | Collider::Mesh) {
+                Diagnostic::new("E0902", "nothing is about an infinite `plane`")
+                    .primary(file, chosen, "has an end")
+                    .label(file, self.span(id), "has none")
+                    .help("leave `collider` out: a plane collides as a plane")
+            } else if dynamic && body.collider == Collider::Mesh {
+                let diagnostic = Diagnostic::new("E0902", "dynamic bodies need a convex or primitive collider")
+                    .primary(file, chosen, "triangles have no inside");
+                match self.machine.text(chosen) {
+                    "mesh" => diagnostic.note("`auto` makes hulls of its convex parts").fix(
+                        Applicability::Maybe,
+                        "write `collider: convex_hull`",
+                        file,
+                        chosen,
+                        "convex_hull",
+                    ),
+                    _ => diagnostic.help("write `collider: convex_hull`, or `auto` for hulls of its convex parts"),
+                }
+            } else {
+                return;
+            };
         self.report(part, diagnostic);
     }
 

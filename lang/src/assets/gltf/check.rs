@@ -214,10 +214,9 @@ impl<'c> Check<'c> {
         let end =
             count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(size)?.checked_add(offset));
         if end.is_none_or(|end| end > length) {
-            self.report(
-                at,
-                format!("{count} elements of {size} bytes from byte {offset} do not fit in a view of {length} bytes"),
-            );
+            let message =
+                format!("{count} elements of {size} bytes from byte {offset} do not fit in a view of {length} bytes");
+            self.faults.push(Fault { code: "E0803", at: at.to_string(), message, help: AGAIN });
         }
     }
 

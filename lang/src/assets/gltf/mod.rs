@@ -72,6 +72,8 @@ impl Faults {
     }
 
     fn done(&mut self) -> Result<(), Faults> {
+        // What a mesh cannot be made of comes before what the file says of itself.
+        self.first.sort_by_key(|fault| fault.code != "E0803");
         if self.count > 0 { Err(std::mem::take(self)) } else { Ok(()) }
     }
 

@@ -58,7 +58,8 @@ impl Finder<'_> {
             return false;
         };
         let sign = parts(first).filter(|part| matches!(part.kind(), Colon | Equals)).last().map(Part::span);
-        let Some(sign) = sign.filter(|sign| self.source.line_index(sign.end) < self.source.line_index(value.start)) else {
+        let Some(sign) = sign.filter(|sign| self.source.line_index(sign.end) < self.source.line_index(value.start))
+        else {
             return false;
         };
         let Some(name) = parts(first).find(|part| part.span().start >= first.span().start && !is_word(*part)) else {

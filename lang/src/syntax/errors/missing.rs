@@ -89,9 +89,13 @@ impl Finder<'_> {
         }
         let written = format!("({})", inside.trim());
         let place = Span::new(at + start as u32, at + (start + end) as u32 + 1);
-        let found = self
-            .error("E0125", "vectors are written `(0, 1, 0)`", place, "braces hold properties")
-            .fix(Safe, format!("write `{written}`"), self.file(), place, written);
+        let found = self.error("E0125", "vectors are written `(0, 1, 0)`", place, "braces hold properties").fix(
+            Safe,
+            format!("write `{written}`"),
+            self.file(),
+            place,
+            written,
+        );
         self.push(found);
         self.braced.insert(place.start);
         true
