@@ -352,22 +352,6 @@ impl<'a> Machine<'a> {
         result
     }
 
-    /// Lets go of what values were before they were fitted to their properties, where nothing is left to evaluate that
-    /// could ask for them: of many nodes that is much memory.
-    pub fn forget(&mut self) {
-        if self.nodes.iter().any(|slot| !matches!(slot.state, NodeState::Done(_))) {
-            return;
-        }
-        for slot in &mut self.nodes {
-            let NodeState::Done(value) = &mut slot.state else { continue };
-            for set in Rc::get_mut(value).into_iter().flat_map(|node| &mut node.properties) {
-                if matches!(set.value, Value::Tuple(_) | Value::List(_) | Value::Keys(_)) {
-                    set.value = Value::Error;
-                }
-            }
-        }
-    }
-
     /// The text of a place.
     pub fn text(&self, span: Span) -> &'a str {
         self.source.slice(span)

@@ -227,10 +227,7 @@ fn run<'a>(
     let known = !resolved.iter().any(Diagnostic::is_error);
     let lowered = match machine.stopped {
         true => None,
-        false => {
-            machine.forget();
-            lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known)
-        }
+        false => lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known),
     };
     let mut diagnostics = resolved;
     diagnostics.append(&mut machine.diagnostics);

@@ -40,6 +40,7 @@ pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
             inside: Vec::new(),
             early: Vec::new(),
             guessed: 0,
+            renamed: 0,
             hidden: FxHashSet::default(),
             around: Vec::new(),
             ended: FxHashMap::default(),
@@ -177,6 +178,8 @@ struct Resolver<'a> {
     early: Vec<(usize, Diagnostic)>,
     /// How many names were compared with unknown ones.
     guessed: usize,
+    /// How many names have been looked for in the whole text.
+    renamed: usize,
     /// Names of built-in kinds and functions that the file declares anew, which is reported.
     hidden: FxHashSet<&'a str>,
     /// The kinds of the nodes that are around what is looked at.
@@ -188,6 +191,9 @@ struct Resolver<'a> {
 
 /// Most names of the scene that are compared with unknown ones: behind so many mistakes nobody looks for help.
 const GUESSES: usize = 500_000;
+
+/// So many names are looked for in the whole text, so that a fix changes all of them.
+const RENAMED: usize = 16;
 
 /// What an unknown name was expected to be.
 #[derive(Clone, Copy)]
@@ -500,32 +506,36 @@ impl<'a> Resolver<'a> {
                         let here = names.find(|name| *name.alias.as_ref().unwrap_or(&name.name).text == *text)?;
                         Some((modules.list.get(to?)?, here.name.text.clone()))
                     };
-                    let diagnostic =
-                        match (suggest(text, public.iter().copied()).first(), other.imports().find_map(passes)) {
-                            (_, Some((origin, there))) => {
-                                let origin = &origin.source.name;
-                                diagnostic.help(format!("it imports it itself: import `{there}` from \"{origin}\""))
-                            }
-                            (Some(near), _) => {
-                                let help = format!("did you mean `{near}`?");
-                                // Where it is imported by name, its uses have that name, too.
-                                let (at, all) = (name.span.start, self.source);
-                                let places = if self.hoisting { all.words(at, text) } else { vec![name.span] };
-                                let taken = self.hoisting && !all.words(at, near).is_empty();
-                                let sure = if taken { Applicability::Maybe } else { Applicability::Safe };
-                                let edit = |span| Edit { file, span, insert: near.to_string() };
-                                diagnostic.fix_edits(sure, help, places.into_iter().map(edit).collect())
-                            }
-                            (None, _) if public.is_empty() => {
-                                diagnostic.note("it declares nothing that others may use")
-                            }
-                            (None, _) => {
-                                const SHOWN: usize = 12;
-                                let more = if public.len() > SHOWN { " and more" } else { "" };
-                                let names = public.iter().take(SHOWN).copied();
-                                diagnostic.help(format!("it has {}{more}", all_of(names)))
-                            }
-                        };
+                    let near = match self.guessed > GUESSES {
+                        true => Vec::new(),
+                        false => suggest(text, public.iter().copied()),
+                    };
+                    self.guessed += public.len();
+                    let diagnostic = match (near.first(), other.imports().find_map(passes)) {
+                        (_, Some((origin, there))) => {
+                            let origin = &origin.source.name;
+                            diagnostic.help(format!("it imports it itself: import `{there}` from \"{origin}\""))
+                        }
+                        (Some(near), _) => {
+                            let help = format!("did you mean `{near}`?");
+                            // Where it is imported by name, its uses have that name, too.
+                            let (at, all) = (name.span.start, self.source);
+                            self.renamed += usize::from(self.hoisting);
+                            let rename = self.hoisting && self.renamed <= RENAMED;
+                            let places = if rename { all.words(at, text) } else { vec![name.span] };
+                            let taken = self.hoisting && !(rename && all.words(at, near).is_empty());
+                            let sure = if taken { Applicability::Maybe } else { Applicability::Safe };
+                            let edit = |span| Edit { file, span, insert: near.to_string() };
+                            diagnostic.fix_edits(sure, help, places.into_iter().map(edit).collect())
+                        }
+                        (None, _) if public.is_empty() => diagnostic.note("it declares nothing that others may use"),
+                        (None, _) => {
+                            const SHOWN: usize = 12;
+                            let more = if public.len() > SHOWN { " and more" } else { "" };
+                            let names = public.iter().take(SHOWN).copied();
+                            diagnostic.help(format!("it has {}{more}", all_of(names)))
+                        }
+                    };
                     self.report(diagnostic);
                 }
                 Declared::Import
@@ -1036,7 +1046,9 @@ impl<'a> Resolver<'a> {
             return Vec::new();
         }
         let known: Vec<&str> = built_in.chain(self.visible(wanted)).collect();
-        self.guessed += known.len();
+        // Those that do not fit are looked at as well.
+        let walked: usize = self.scopes.iter().map(|scope| scope.names.len()).sum();
+        self.guessed += known.len() + walked / 8;
         suggest(name, known)
     }
 

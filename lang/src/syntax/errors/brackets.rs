@@ -114,12 +114,11 @@ impl Finder<'_> {
         }
         let mut found = self.error("E0102", "unmatched `}`", token.span(), "closes nothing").help("remove it");
         // Properties right before it belong to a block that was closed above them.
-        let items = std::iter::successors(token.previous(), |part| part.previous()).filter(|part| part.is_node());
-        let mut above = items.take(STRAY_SEARCH).skip_while(|part| part.kind() == SyntaxKind::Property);
-        let behind = std::iter::successors(token.previous(), |part| part.previous()).find(|part| part.is_node());
-        if behind.is_some_and(|part| part.kind() == SyntaxKind::Property)
-            && let Some(close) = above.next().and_then(Part::last_token)
-            && close.kind() == SyntaxKind::CloseBrace
+        let above = std::iter::successors(token.previous(), |part| part.previous());
+        let mut above = above.take(STRAY_SEARCH).filter(|part| part.is_node()).peekable();
+        if above.peek().is_some_and(|part| part.kind() == SyntaxKind::Property)
+            && let Some(node) = above.find(|part| part.kind() != SyntaxKind::Property)
+            && let Some(close) = node.last_token().filter(|close| close.kind() == SyntaxKind::CloseBrace)
         {
             let found = found.label(self.file(), close.span(), "this closes the block too early");
             return self.push(found.help("or remove the one that closes too early"));

@@ -91,10 +91,15 @@ struct Finder<'a> {
     keywords: BTreeSet<&'a str>,
     /// Blocks that were meant as vectors, which is reported.
     braced: BTreeSet<u32>,
+    /// How many names have been looked for in the whole text.
+    renamed: usize,
 }
 
 /// Of so many findings on one line, of which one is reported, the rest of the line is passed over.
 const CROWD: usize = 64;
+
+/// So many names are looked for in the whole text, so that a fix changes all of them.
+const RENAMED: usize = 16;
 
 /// Text that no rule could read.
 #[derive(Debug, Clone, Copy)]
@@ -143,6 +148,7 @@ impl<'a> Finder<'a> {
             searched: 0,
             keywords: BTreeSet::new(),
             braced: BTreeSet::new(),
+            renamed: 0,
         }
     }
 

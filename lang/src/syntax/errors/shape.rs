@@ -182,10 +182,12 @@ impl Finder<'_> {
         });
         let mut edits: Vec<Edit> = dashes.collect();
         // It is called so in other places, too.
-        let places =
-            scan::words(&self.source.text, text).into_iter().map(|at| at as u32).filter(|at| *at != name.start);
-        let others = places.map(|at| Span::new(at, at + name.len()));
-        edits.extend(others.map(|span| Edit { file: self.file(), span, insert: written.clone() }));
+        self.renamed += 1;
+        if self.renamed <= RENAMED {
+            let places = scan::words(&self.source.text, text).into_iter().map(|at| at as u32);
+            let others = places.filter(|at| *at != name.start).map(|at| Span::new(at, at + name.len()));
+            edits.extend(others.map(|span| Edit { file: self.file(), span, insert: written.clone() }));
+        }
         let found = self.error("E0114", "`-` is not allowed in names", at, format!("in the name `{text}`")).fix_edits(
             Safe,
             format!("write `{written}`"),
