@@ -22,6 +22,13 @@ fn many_mistakes() {
     assert!(codes(&"a: (1,,2), ".repeat(10_000)).contains(&"E0115"));
     let block = format!("group {{\n{}}}\n", "  sphere { }\n".repeat(5_000));
     assert_eq!(codes(&format!("{block}{}", "}\n".repeat(5_000))).len(), 5_000);
+    let astray = format!("sphere {{ radius: 1 }}\n{}{}", "scale: 1\n".repeat(5_000), "}\n".repeat(5_000));
+    assert!(codes(&astray).contains(&"E0102"));
+    // Each of these names is looked for in all of the text, so that a fix finds its other places.
+    let dashed: String = (0..20_000).map(|i| format!("sphere my-ball{i} {{ radius: 1 }}\n")).collect();
+    assert!(codes(&dashed).contains(&"E0114"));
+    let needs = "model { clip: \"a\" }\n".repeat(20_000);
+    assert!(codes(&format!("sphere {{ radius 1 }}\ngroup {{\n{needs}")).contains(&"E0207"));
 }
 
 #[test]
