@@ -112,7 +112,11 @@ pub fn project(path: &Path) -> Result<(Folder, String), String> {
 fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Path, changes: &Changes) -> Loaded {
     let tree = kinora_lang::parse(&source);
     let Changes { params, sets, camera, no_assets, .. } = changes.clone();
-    let overrides = Overrides { params, sets, camera, no_assets };
+    #[cfg(feature = "render")]
+    let memory = crate::memory::free_bytes();
+    #[cfg(not(feature = "render"))]
+    let memory = None;
+    let overrides = Overrides { params, sets, camera, no_assets, memory };
     let (evaluated, mut sources) = match error {
         Some(error) => (Err(vec![error]), vec![source.clone()]),
         None => kinora_lang::eval_project(&tree, &folder, &overrides),

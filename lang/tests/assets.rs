@@ -110,3 +110,32 @@ fn damaged_files_never_fail() {
         }
     }
 }
+
+#[test]
+fn what_needs_more_memory_than_there_is() {
+    use kinora_lang::files::Memory;
+    use kinora_lang::source::{FileId, Source};
+    use kinora_lang::{Overrides, eval, parse};
+
+    // A strip of 20 000 triangles.
+    let side = |i: u32| format!("v {i} 0 0\nv {i} 1 0\n");
+    let cell = |i: u32| format!("f {} {} {}\nf {} {} {}\n", i, i + 1, i + 3, i, i + 3, i + 2);
+    let strip: String = (0..10_001).map(side).chain((0..10_000).map(|i| cell(2 * i + 1))).collect();
+    let files = Memory::new([("strip.obj", strip.as_bytes())]);
+    let codes = |body: &str, memory: Option<u64>| {
+        let text = format!("lang 1\ncamera {{ position: (0, 0, 9) }}\nsky {{ color: #fff }}\n{body}");
+        let overrides = Overrides { memory, ..Overrides::default() };
+        let found = eval(&parse(&Source::new(FileId(0), "a.kin", text)), &files, &overrides).err().unwrap_or_default();
+        found.into_iter().map(|found| (found.code, found.message, found.notes, found.labels.len())).collect::<Vec<_>>()
+    };
+    let many = "for i in 0..2000 { mesh { file: \"strip.obj\", position: (0, i, 0) } }";
+    let found = codes(many, None);
+    let [(code, message, notes, labels)] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((*code, *labels), ("E1006", 1));
+    assert_eq!(message, "the scene needs 8.9 GiB, limit 8.0 GiB");
+    assert_eq!(notes[0], "`strip.obj`, 2000 times: 8.9 GiB");
+    assert!(codes(many, Some(1 << 30)) == found, "less is never assumed");
+    assert_eq!(codes(many, Some(16 << 30)), []);
+    let copies = "mesh strip { file: \"strip.obj\" }\nfor i in 0..2000 { instance { of: strip, position: (0, i, 0) } }";
+    assert_eq!(codes(copies, None), []);
+}

@@ -74,7 +74,7 @@ fn errors(text: &str, overrides: &Overrides) -> Vec<(&'static str, String)> {
 /// Codes that no scene text alone can have; they are tested below or beside their code.
 const ELSEWHERE: &[&str] = &[
     "E0305", "E0705", "E0711", "E0712", "E0713", "W0714", "E0806", "E0807", "E0905", "E0906", "W0907", "W0908",
-    "E1003", "E1007",
+    "E1003", "E1006", "E1007",
 ];
 
 #[test]
@@ -98,7 +98,7 @@ fn cases() {
 /// the project's file, a simulation, or a fault of the program.
 const NO_SCENES: &[&str] = &[
     "E0119", "E0705", "E0711", "E0712", "E0713", "W0714", "E0806", "E0807", "W0809", "W0811", "E0905", "E0906",
-    "W0907", "W0908", "E1005", "E1007",
+    "W0907", "W0908", "E1005", "E1006", "E1007",
 ];
 
 /// What `kinora explain` shows as bad is bad, and what it shows as good is good: this makes the pages about the codes.

@@ -241,6 +241,16 @@ impl Texels {
         self.len() == 0
     }
 
+    /// What they take, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let each = match self {
+            Texels::Rgba8(_) => 4,
+            Texels::Rgba16(_) => 8,
+            Texels::Rgba32F(_) => 16,
+        };
+        self.len() as u64 * each
+    }
+
     // FNV-1a over the words of all texels.
     fn digest(&self) -> u64 {
         let fold = |words: &mut dyn Iterator<Item = u64>| {

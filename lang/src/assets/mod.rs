@@ -2,6 +2,7 @@
 
 pub mod gltf;
 pub mod hdr;
+pub mod memory;
 mod model;
 mod mtl;
 mod obj;

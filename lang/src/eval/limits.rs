@@ -36,5 +36,7 @@ pub const WHOLE: f64 = 9_007_199_254_740_992.0;
 pub const FILES: usize = 256;
 /// Files that import one another in a row, the scene not counted.
 pub const IMPORTS_DEEP: usize = 32;
+/// Bytes that a scene may take while it is rendered, where nothing is known of the machine.
+pub const MEMORY: u64 = 8 << 30;
 /// Bytes of all texts of a scene together.
 pub const TEXT_OF_ALL_FILES: u32 = 1 << 30;

@@ -54,6 +54,8 @@ pub struct Overrides {
     pub camera: Option<String>,
     /// `--no-assets`: meshes, models and pictures are not opened, and the scene lacks them.
     pub no_assets: bool,
+    /// Bytes that the machine has for the scene; at least 8 GiB are taken to be there.
+    pub memory: Option<u64>,
 }
 
 /// What comes of a scene without errors.
@@ -109,6 +111,8 @@ fn eval_modules(
         assets::load_textures(lowered, files, &modules.texts, &mut diagnostics);
         assets::load_sky(lowered, files, &modules.texts, &mut diagnostics);
         assets::load_models(lowered, files, &modules.texts, &mut diagnostics);
+        let limit = overrides.memory.unwrap_or_default().max(limits::MEMORY);
+        diagnostics.extend(assets::memory::judge(lowered, &modules.texts, limit));
     }
     for found in &mut diagnostics {
         modules.texts.settle(found);

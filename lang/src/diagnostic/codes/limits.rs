@@ -54,6 +54,15 @@ sphere ball { radius: many[0] }"#
         good: r#"import "a.kin" as a // with all of it"#,
     },
     Row {
+        code: "E1006",
+        title: "more than fits into memory",
+        text: "What a scene takes while it is rendered is known before: triangles where they are written out, nodes, copies \
+            and pictures. The limit is what is free on the machine, or 8 GiB if that is more.",
+        bad: "for i in 0..1000 { mesh { file: \"a_million_triangles.ply\", position: (i, 0, 0) } }",
+        good: r#"mesh tree { file: "a_million_triangles.ply" }
+for i in 1..1000 { instance { of: tree, position: (i, 0, 0) } }"#,
+    },
+    Row {
         code: "E1007",
         title: "a bug in the tool",
         text: "The tool contradicts itself. It is not the fault of the scene.",
