@@ -6,6 +6,7 @@ use glam::{UVec2, Vec4};
 use kinora_kernel::{Invalid, Packed};
 
 use crate::gpu::{Api, Demand, Gpu};
+use crate::pack::Changes;
 
 use crate::film::{Parts, Survey};
 
@@ -42,13 +43,16 @@ pub trait Backend: Send {
     /// The scene does not fit, or the device is lost. The scene before it stays.
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError>;
 
-    /// Takes the scene that was uploaded last with other `params`, such as those of a camera that moved.
+    /// Takes another scene, of which only these arrays are not as in the one that was taken last.
     ///
     /// # Errors
-    /// As `upload`.
-    fn aim(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
+    /// As `upload`, but of the scene before it nothing need be left.
+    fn update(&mut self, packed: Arc<Packed>, _changes: Changes) -> Result<(), BackendError> {
         self.upload(packed)
     }
+
+    /// Lets go of arrays in the host's memory, so that they can be changed where they lie. What is called next is `update`.
+    fn release(&mut self) {}
 
     /// One pass over the uploaded scene's window, row by row, or over these pixels of the picture alone: the sum of these
     /// samples in their order, one a pixel, w counting rays; `None` if `control` ended it. A pixel's sum is the same

@@ -60,6 +60,10 @@ impl Backend for Cpu {
         Ok(())
     }
 
+    fn release(&mut self) {
+        self.packed = None;
+    }
+
     fn trace(
         &mut self,
         pixels: Option<&[UVec2]>,

@@ -23,6 +23,6 @@ mod wires;
 pub use backend::{Backend, BackendError, Choice, Control, Options, open};
 pub use develop::{Image, develop, measure};
 pub use film::{Film, Light, Parts, Request, Seen, Survey, TooLarge, Window};
-pub use pack::{PackError, pack};
+pub use pack::{Changes, PackError, pack};
 pub use render::{RenderError, Renderer};
 pub use self_test::{SELF_TEST_TOLERANCE, self_test};

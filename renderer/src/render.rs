@@ -13,15 +13,15 @@ use crate::backend::{Backend, BackendError, Control};
 use crate::film::{Film, Parts, Request, Survey, TooLarge, Window};
 use crate::moments::Blocks;
 use crate::motion::{Motion, Moved};
-use crate::pack::{PackError, aim, pack_moving};
+use crate::pack::{Changes, PackError, Packer, aim};
 use crate::project::Projector;
 use crate::wires::Wires;
 
-// Whether two worlds have the same arrays, but for what the camera decides.
+// Whether two worlds have the same arrays, but for what the camera and the settings of the picture decide.
 fn is_seen_otherwise(a: &World, b: &World) -> bool {
     // The look is of the finished picture, the shutter of nothing that stays where it is, and each moment is a world.
     let World {
-        render,
+        render: _,
         look: _,
         shutter: _,
         view: _,
@@ -36,7 +36,6 @@ fn is_seen_otherwise(a: &World, b: &World) -> bool {
     } = a;
     next.is_none()
         && b.next.is_none()
-        && *render == b.render
         && *sky == b.sky
         && *lights == b.lights
         && *instances == b.instances
@@ -108,17 +107,17 @@ impl From<BackendError> for RenderError {
 pub struct Renderer {
     backend: Box<dyn Backend>,
     build: Duration,
+    changes: Changes,
     moments: Moments,
-    held: Held,
+    packer: Packer,
+    held: Option<Held>,
 }
 
 /// What the backend holds.
-enum Held {
-    Nothing,
-    /// A first world, which may stay the only one.
-    Once,
-    /// One of several.
-    World(Box<World>, Arc<Packed>),
+struct Held {
+    packed: Arc<Packed>,
+    /// `None` of a first world, which may stay the only one.
+    world: Option<Box<World>>,
 }
 
 /// The moments that the next passes show, where there are several.
@@ -142,7 +141,14 @@ struct Sums {
 impl Renderer {
     /// A renderer on `backend`.
     pub fn new(backend: Box<dyn Backend>) -> Self {
-        Self { backend, build: Duration::ZERO, moments: Moments::default(), held: Held::Nothing }
+        Self {
+            backend,
+            build: Duration::ZERO,
+            changes: Changes::default(),
+            moments: Moments::default(),
+            packer: Packer::default(),
+            held: None,
+        }
     }
 
     /// The backend.
@@ -155,10 +161,15 @@ impl Renderer {
         self.build
     }
 
+    /// What had to be made anew by the last [`Renderer::load`].
+    pub fn changes(&self) -> Changes {
+        self.changes
+    }
+
     /// Takes `world`; gives its empty film.
     ///
     /// # Errors
-    /// The world is too large or the backend fails; the world before it stays.
+    /// The world is too large or the backend fails. Then passes of the world before it may fail, too.
     pub fn load(&mut self, world: &World) -> Result<Film, RenderError> {
         self.load_for(world, &Request::default())
     }
@@ -192,26 +203,30 @@ impl Renderer {
 
     /// Has the backend hold a world; gives its arrays, and where each shape goes until the next frame.
     fn take(&mut self, world: &World, window: UVec4) -> Result<(Arc<Packed>, Option<Vec<Moved>>), RenderError> {
-        if let Held::World(before, packed) = &mut self.held
+        if let Some(Held { packed, world: Some(before) }) = &mut self.held
             && is_seen_otherwise(before, world)
         {
             let mut aimed = Packed::clone(packed);
-            aim(&mut aimed, world)?;
+            self.changes = aim(&mut aimed, world)?;
             aimed.params.window = window;
             let aimed = Arc::new(aimed);
-            self.backend.aim(aimed.clone())?;
-            // But for its view it is the same world.
+            self.backend.update(aimed.clone(), self.changes)?;
             *packed = aimed.clone();
             return Ok((aimed, None));
         }
-        let (mut packed, moved) = pack_moving(world)?;
-        packed.params.window = window;
+        let mut prepared = self.packer.prepare(world)?;
+        prepared.packed.params.window = window;
+        let moved = prepared.moved.take();
+        let before = self.held.take();
+        let several = before.is_some();
+        // What nobody else holds is changed where it lies.
+        self.backend.release();
+        let before = before.map(|held| Arc::unwrap_or_clone(held.packed));
+        let (packed, changes) = prepared.finish(before)?;
         let packed = Arc::new(packed);
-        self.backend.upload(packed.clone())?;
-        self.held = match self.held {
-            Held::Nothing => Held::Once,
-            Held::Once | Held::World(..) => Held::World(Box::new(world.clone()), packed.clone()),
-        };
+        self.changes = changes;
+        self.backend.update(packed.clone(), changes)?;
+        self.held = Some(Held { packed: packed.clone(), world: several.then(|| Box::new(world.clone())) });
         Ok((packed, moved))
     }
 

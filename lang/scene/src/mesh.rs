@@ -66,6 +66,9 @@ impl std::fmt::Display for MeshError {
 
 impl std::error::Error for MeshError {}
 
+/// What is not finite is no mesh: each is equal to itself, so that one in the memory need not be looked at twice.
+impl Eq for Mesh {}
+
 impl Mesh {
     /// Normals that are the mean of the triangles around a point, weighted by their angles there (Thürmer and Wüthrich,
     /// "Computing Vertex Normals from Polygonal Facets", 1998). Vertices in one place share them, so that seams of uv

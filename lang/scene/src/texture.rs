@@ -266,6 +266,9 @@ impl Texels {
     }
 }
 
+/// Texels are numbers: a picture is equal to itself, so that one in the memory need not be looked at twice.
+impl Eq for Image {}
+
 impl Image {
     /// A picture of `width` times `height` texels; `None` if there are not so many, or none.
     pub fn new(name: impl Into<String>, width: u32, height: u32, texels: Texels) -> Option<Image> {

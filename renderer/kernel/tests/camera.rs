@@ -73,7 +73,7 @@ fn camera(lens_radius: f32, focus: f32, offset: f32) -> Packed {
     packed.params.camera_eye = Vec4::new(1.0, 2.0, 3.0, lens_radius);
     packed.params.camera_film = Vec4::new(1.0, 0.5, focus, 0.0);
     packed.params.resolution = UVec2::new(64, 32);
-    packed.tables = vec![offset; FILTER_CELLS as usize + 1];
+    *packed.tables = vec![offset; FILTER_CELLS as usize + 1];
     packed
 }
 
@@ -110,7 +110,7 @@ fn the_camera_looks_along_minus_z_with_y_up() {
 #[test]
 fn samples_stay_in_their_filter() {
     let mut packed = camera(0.0, 7.0, 0.0);
-    packed.tables = (0..=FILTER_CELLS).map(|i| i as f32 / FILTER_CELLS as f32 - 0.5).collect();
+    *packed.tables = (0..=FILTER_CELLS).map(|i| i as f32 / FILTER_CELLS as f32 - 0.5).collect();
     packed.with_kernel(|k| {
         const CELLS: usize = 16;
         const COUNT: u32 = 65536;
@@ -192,7 +192,7 @@ fn a_lens_with_corners_is_filled_evenly() {
 #[test]
 fn the_filter_is_its_table() {
     let mut packed = Packed::empty();
-    packed.tables = (0..=FILTER_CELLS).map(|i| (i as f32 / 128.0 - 1.0).powi(3)).collect();
+    *packed.tables = (0..=FILTER_CELLS).map(|i| (i as f32 / 128.0 - 1.0).powi(3)).collect();
     packed.with_kernel(|k| {
         assert_eq!(k.filter_offset(0.0), -1.0);
         assert_eq!(k.filter_offset(0.5), 0.0);

@@ -53,7 +53,7 @@ impl Builder {
     fn bare(self) -> Packed {
         let mut packed = Packed::empty();
         packed.params.primitive_count = self.primitives.len() as u32;
-        packed.primitives = self.primitives;
+        packed.primitives = self.primitives.into();
         packed
     }
 
@@ -61,10 +61,10 @@ impl Builder {
     fn build(mut self) -> Packed {
         let mut packed = Packed::empty();
         packed.params.primitive_count = self.primitives.len() as u32;
-        packed.tree = build(&mut self.primitives, &self.boxes, &self.shapes);
-        packed.primitives = self.primitives;
+        *packed.tree = build(&mut self.primitives, &self.boxes, &self.shapes);
+        packed.primitives = self.primitives.into();
         if !self.shapes.is_empty() {
-            packed.shapes = self.shapes;
+            packed.shapes = self.shapes.into();
         }
         packed.check_depth().expect("a deep tree");
         packed
@@ -352,7 +352,7 @@ fn planes_are_hit_once() {
             let turn = DMat3::from_axis_angle(random.direction().as_dvec3().normalize(), 2.0);
             let origin = random.cube(1.0).as_dvec3() * scale;
             let mut packed = Packed::empty();
-            packed.shapes = vec![placed(DAffine3::from_mat3_translation(turn, origin))];
+            *packed.shapes = vec![placed(DAffine3::from_mat3_translation(turn, origin))];
             packed.params.plane_count = 1;
             packed.with_kernel(|k| {
                 let normal = turn.z_axis;
@@ -612,7 +612,7 @@ fn the_tree_does_not_depend_on_the_threads() {
         pool.install(|| medley(50_000, 1.0).build())
     };
     let (one, three) = (tree(1), tree(3));
-    assert_eq!(one.primitives, three.primitives);
+    assert_eq!(*one.primitives, *three.primitives);
     let nodes = |packed: &Packed| packed.compressed().expect("a flat tree").node_bytes();
     assert_eq!(nodes(&one), nodes(&three));
 }

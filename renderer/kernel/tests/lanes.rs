@@ -73,7 +73,7 @@ fn light(r: &mut Random, i: u32, count: u32) -> Light {
 }
 
 fn scene(r: &mut Random) -> Packed {
-    let mut packed = Packed { materials: materials(r), ..Packed::empty() };
+    let mut packed = Packed { materials: materials(r).into(), ..Packed::empty() };
     let count = packed.materials.len() as u32;
     packed.shapes.clear();
     for i in 0..SHAPES {
@@ -97,7 +97,7 @@ fn scene(r: &mut Random) -> Packed {
             packed.primitives[i as usize].shade += UVec4::new(r.bits() as u32, r.bits() as u32, r.bits() as u32, 0);
         }
     }
-    packed.lights = (0..5).map(|i| light(r, i, 5)).collect();
+    *packed.lights = (0..5).map(|i| light(r, i, 5)).collect();
     let params = &mut packed.params;
     (params.resolution, params.window) = (UVec2::splat(64), UVec4::new(0, 0, 64, 64));
     params.camera_x = Vec4::X;

@@ -81,9 +81,9 @@ impl Builder {
         let mut packed = Packed::empty();
         packed.params.light_count = self.lights.len() as u32;
         packed.params.primitive_count = self.primitives.len() as u32;
-        packed.primitives = self.primitives;
-        packed.shapes = self.shapes;
-        packed.lights = self.lights;
+        packed.primitives = self.primitives.into();
+        packed.shapes = self.shapes.into();
+        packed.lights = self.lights.into();
         packed
     }
 }
@@ -438,7 +438,7 @@ fn emitter(radiance: Vec3, flags: u32, coat: u32, next: u32) -> Material {
 fn what_shines_on_which_side() {
     let mut packed = triangle().build(&[1.0]);
     let (one, other) = (Vec3::new(3.0, 2.0, 1.0), Vec3::new(0.0, 0.5, 7.0));
-    packed.materials = vec![
+    *packed.materials = vec![
         emitter(one, 0, NONE, NONE),
         emitter(one, EMITTER_TWO_SIDED, NONE, NONE),
         // Two that are mixed, of which one shines to both sides.

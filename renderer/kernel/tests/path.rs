@@ -84,10 +84,10 @@ impl Scene {
         let corner = Vec3::new(-0.5, -0.5, 1.0);
         let (u, v) = (Vec3::Y, Vec3::X);
         let shape = self.0.shapes.len() as u32;
-        self.0.primitives =
+        *self.0.primitives =
             vec![flat(PRIMITIVE_PARALLELOGRAM, shape, 0, [corner, corner + u, corner + u + v, corner + v])];
         let bounds = [Bounds { low: corner - 1e-5, high: corner + u + v + 1e-5 }];
-        self.0.tree = build(&mut self.0.primitives, &bounds, &self.0.shapes);
+        *self.0.tree = build(&mut self.0.primitives, &bounds, &self.0.shapes);
         let emitter = self.0.materials.len() as u32;
         self.0.materials.push(Material {
             color: Vec4::ONE,
@@ -98,7 +98,7 @@ impl Scene {
         let mut lamp = placed(DAffine3::IDENTITY);
         lamp.index = UVec4::new(emitter, 0, emitter, 0);
         self.0.shapes.push(lamp);
-        self.0.lights = vec![Light {
+        *self.0.lights = vec![Light {
             origin: corner.extend(0.0),
             edge_u: u.extend(1.0),
             edge_v: v.extend(0.0),
@@ -212,7 +212,7 @@ fn between_two_walls_light_decays_by_bounces() {
             .plane(3.0, false, 0)
             .seen(Vec3::Z, Vec3::new(0.3, 0.2, -1.0))
             .with(|p| {
-                for shape in &mut p.shapes {
+                for shape in p.shapes.iter_mut() {
                     shape.index.z = 1;
                 }
                 p.params.max_bounces = bounces;

@@ -70,9 +70,9 @@ fn scene(kind: u32, size: f64, place: DAffine3) -> Packed {
     let bounds = Bounds::of_other(&primitive, rows);
     let reach = bounds.low.abs().max(bounds.high.abs()).max_element();
     let mut primitives = vec![primitive];
-    let mut packed = Packed { shapes: vec![shape], ..Packed::empty() };
-    packed.tree = build(&mut primitives, &[bounds.padded(reach)], &packed.shapes);
-    packed.primitives = primitives;
+    let mut packed = Packed { shapes: vec![shape].into(), ..Packed::empty() };
+    *packed.tree = build(&mut primitives, &[bounds.padded(reach)], &packed.shapes);
+    *packed.primitives = primitives;
     packed.params.primitive_count = 1;
     packed
 }
@@ -279,7 +279,7 @@ fn all_instructions_find_the_same() {
     let mut random = Random(4);
     let mut primitives = Vec::new();
     let mut bounds = Vec::new();
-    let mut packed = Packed { shapes: Vec::new(), ..Packed::empty() };
+    let mut packed = Packed { shapes: Vec::new().into(), ..Packed::empty() };
     for i in 0..120_u32 {
         let place = DAffine3::from_translation(random.cube(6.0).as_dvec3()) * any_place(&mut random, 0.7, i % 2 == 0);
         packed.shapes.push(placed(place));
@@ -296,8 +296,8 @@ fn all_instructions_find_the_same() {
     for few in [true, false] {
         let count = if few { 14 } else { primitives.len() };
         let mut own = primitives[..count].to_vec();
-        packed.tree = build(&mut own, &bounds[..count], &packed.shapes);
-        packed.primitives = own;
+        *packed.tree = build(&mut own, &bounds[..count], &packed.shapes);
+        *packed.primitives = own;
         packed.params.primitive_count = count as u32;
         let mut met = 0;
         for _ in 0..3000 {
@@ -347,7 +347,7 @@ fn what_is_drawn_is_spread_as_said() {
         };
         let place = DAffine3::IDENTITY;
         let mut packed = scene(kind, size, place);
-        packed.lights = vec![Light {
+        *packed.lights = vec![Light {
             edge_u: Vec4::new(1.0, size as f32, 0.0, 1.0),
             edge_v: parts.extend(0.0),
             kind: UVec4::new(LIGHT_OTHER, 0, kind, 0),

@@ -12,10 +12,10 @@ use std::time::Instant;
 use glam::{UVec2, Vec4, Vec4Swizzles};
 use kinora_kernel::Packed;
 use kinora_kernel::packed::TooDeep;
-use kinora_kernel::query::Compressed;
 
 use crate::backend::{Backend, BackendError, Control};
 use crate::film::{Parts, Survey};
+use crate::pack::Changes;
 use kernel::{Kernel, WORKGROUP};
 use pace::Pace;
 
@@ -70,7 +70,8 @@ struct Job {
 }
 
 struct Scene {
-    params: wgpu::Buffer,
+    /// Parameters, nodes, primitives, shapes, materials, lights, tables and words.
+    buffers: [wgpu::Buffer; 8],
     bindings: wgpu::BindGroup,
     features: u32,
     /// One an entry, made when it is first wanted.
@@ -186,23 +187,75 @@ impl Gpu {
         Ok(buffer)
     }
 
-    fn make_scene(&self, packed: &Packed, compressed: &Compressed) -> Result<Scene, BackendError> {
+    // Makes a scene where the device may run out of memory.
+    fn scope(&self, make: impl FnOnce(&Self) -> Result<Scene, BackendError>) -> Result<Scene, BackendError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let scene = make(self);
+        if let Some(error) = pollster::block_on(memory.pop()) {
+            return Err(BackendError::Device(error.to_string()));
+        }
+        self.faults.check()?;
+        scene
+    }
+
+    fn make_scene(&self, packed: &Packed) -> Result<Scene, BackendError> {
+        let [nodes, primitives] = self.make_tree(packed)?;
         let storage = |what, bytes: &[u8]| self.array(what, bytes, wgpu::BufferUsages::STORAGE);
         let buffers = [
             self.array("parameters", bytemuck::bytes_of(&packed.params), self.kernel.constants_usage())?,
-            storage("nodes of the tree", &compressed.node_bytes())?,
-            storage("primitives", bytemuck::cast_slice(&compressed.primitives))?,
+            nodes,
+            primitives,
             storage("shapes", bytemuck::cast_slice(&packed.shapes))?,
             storage("materials", bytemuck::cast_slice(&packed.materials))?,
             storage("lights", bytemuck::cast_slice(&packed.lights))?,
             storage("tables", bytemuck::cast_slice(&packed.tables))?,
             storage("texels and tables of lights", bytemuck::cast_slice(&packed.words))?,
         ];
+        Ok(self.bind(buffers, packed))
+    }
+
+    fn make_tree(&self, packed: &Packed) -> Result<[wgpu::Buffer; 2], BackendError> {
+        let compressed = packed.compressed().map_err(|TooDeep { depth }| BackendError::TooDeep { depth })?;
+        compressed.validate().map_err(BackendError::Invalid)?;
+        let storage = |what, bytes: &[u8]| self.array(what, bytes, wgpu::BufferUsages::STORAGE);
+        let nodes = storage("nodes of the tree", &compressed.node_bytes())?;
+        Ok([nodes, storage("primitives", bytemuck::cast_slice(&compressed.primitives))?])
+    }
+
+    // The scene with the arrays that changed; the others stay on the device.
+    fn change_scene(&self, before: &Scene, packed: &Packed, changes: Changes) -> Result<Scene, BackendError> {
+        let mut buffers = before.buffers.clone();
+        if changes.tree {
+            [buffers[1], buffers[2]] = self.make_tree(packed)?;
+        }
+        let arrays: [(bool, &'static str, &[u8]); 6] = [
+            (true, "parameters", bytemuck::bytes_of(&packed.params)),
+            (changes.shapes, "shapes", bytemuck::cast_slice(&packed.shapes)),
+            (changes.materials, "materials", bytemuck::cast_slice(&packed.materials)),
+            (changes.lights, "lights", bytemuck::cast_slice(&packed.lights)),
+            (changes.tables, "tables", bytemuck::cast_slice(&packed.tables)),
+            (changes.textures, "texels and tables of lights", bytemuck::cast_slice(&packed.words)),
+        ];
+        for (at, (_, what, bytes)) in [0, 3, 4, 5, 6, 7].into_iter().zip(arrays).filter(|(_, (changed, ..))| *changed) {
+            let buffer = &mut buffers[at];
+            if buffer.size() == bytes.len() as u64 {
+                self.queue.write_buffer(buffer, 0, bytes);
+            } else {
+                *buffer = self.array(what, bytes, buffer.usage())?;
+            }
+        }
+        if buffers == before.buffers {
+            let bindings = before.bindings.clone();
+            let (size, features) = (packed.params.window.zw(), packed.params.features);
+            return Ok(Scene { buffers, bindings, features, jobs: Vec::new(), size });
+        }
+        Ok(self.bind(buffers, packed))
+    }
+
+    fn bind(&self, buffers: [wgpu::Buffer; 8], packed: &Packed) -> Scene {
         let bindings = self.kernel.bind_scene(&self.device, &buffers);
-        let size = packed.params.window.zw();
-        let features = packed.params.features;
-        let [params, ..] = buffers;
-        Ok(Scene { params, bindings, features, jobs: Vec::new(), size })
+        let (size, features) = (packed.params.window.zw(), packed.params.features);
+        Scene { buffers, bindings, features, jobs: Vec::new(), size }
     }
 
     fn make_job(&mut self, entry: Entry, size: UVec2, features: u32) -> Result<Job, BackendError> {
@@ -449,15 +502,7 @@ impl Backend for Gpu {
 
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
         packed.validate().map_err(BackendError::Invalid)?;
-        let compressed = packed.compressed().map_err(|TooDeep { depth }| BackendError::TooDeep { depth })?;
-        compressed.validate().map_err(BackendError::Invalid)?;
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let scene = self.make_scene(&packed, &compressed);
-        if let Some(error) = pollster::block_on(memory.pop()) {
-            return Err(BackendError::Device(error.to_string()));
-        }
-        self.faults.check()?;
-        let mut scene = scene?;
+        let mut scene = self.scope(|gpu| gpu.make_scene(&packed))?;
         if let Some(before) = self.scene.take_if(|before| before.is_like(&packed)) {
             scene.jobs = before.jobs;
         }
@@ -465,14 +510,15 @@ impl Backend for Gpu {
         Ok(())
     }
 
-    fn aim(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
-        match &self.scene {
-            Some(scene) if scene.is_like(&packed) => {
-                self.queue.write_buffer(&scene.params, 0, bytemuck::bytes_of(&packed.params));
-                self.faults.check()
-            }
-            _ => self.upload(packed),
+    fn update(&mut self, packed: Arc<Packed>, changes: Changes) -> Result<(), BackendError> {
+        let Some(before) = self.scene.take() else { return self.upload(packed) };
+        packed.validate().map_err(BackendError::Invalid)?;
+        let mut scene = self.scope(|gpu| gpu.change_scene(&before, &packed, changes))?;
+        if before.is_like(&packed) {
+            scene.jobs = before.jobs;
         }
+        self.scene = Some(scene);
+        Ok(())
     }
 
     fn trace(

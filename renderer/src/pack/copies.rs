@@ -6,12 +6,13 @@ use std::collections::HashMap;
 
 use glam::{DAffine3, UVec4};
 use kinora_kernel::generated::{NONE, OTHER_INSTANCE, PRIMITIVE_OTHER};
-use kinora_kernel::query::{Bounds, Tree, build};
+use kinora_kernel::query::Bounds;
 use kinora_kernel::{Primitive, Shape as PackedShape};
 use kinora_scene::{Beam, Copied, Instance, Lamp, LightKind, Shape, World};
 
 use super::PackError;
 use super::geometry::{Geometry, set_transform};
+use super::grow::Stand;
 
 /// Copies of a picture.
 const MAX_COPIES: usize = 10_000_000;
@@ -139,17 +140,12 @@ fn carried(lamp: &Lamp, place: DAffine3) -> Lamp {
     lamp
 }
 
-/// Adds a primitive for each copy, and the shapes of the parts. Gives the trees of the parts, each with its primitives in
-/// order.
+/// Adds a primitive for each copy, and the shapes of the parts. Gives what the trees of the parts are over.
 ///
 /// # Errors
 /// What a part's shapes may have; a copy lies outside of what single precision can hold.
-pub fn add(
-    geometry: &mut Geometry,
-    world: &World,
-    copies: Vec<Copy>,
-) -> Result<Vec<(Tree, Vec<Primitive>)>, PackError> {
-    let mut trees = Vec::new();
+pub fn add(geometry: &mut Geometry, world: &World, copies: Vec<Copy>) -> Result<Vec<Stand>, PackError> {
+    let mut parts: Vec<Stand> = Vec::new();
     let mut known: HashMap<Key, (usize, Bounds)> = HashMap::new();
     geometry.primitives.reserve(copies.len());
     geometry.shapes.reserve(copies.len());
@@ -157,9 +153,10 @@ pub fn add(
         let (part, bounds) = match known.get(&copy.key) {
             Some(found) => *found,
             None => {
-                let (tree, primitives, bounds) = part_of(geometry, world, copy.key)?;
-                trees.push((tree, primitives));
-                *known.entry(copy.key).or_insert((trees.len() - 1, bounds))
+                let part = part_of(geometry, world, copy.key)?;
+                let bounds = part.whole();
+                parts.push(part);
+                *known.entry(copy.key).or_insert((parts.len() - 1, bounds))
             }
         };
         let mut record = PackedShape::default();
@@ -182,16 +179,12 @@ pub fn add(
         });
         geometry.push(record, copy.place, copy.next, None);
     }
-    Ok(trees)
+    Ok(parts)
 }
 
-/// The tree over the shapes of a part that its copies share, its primitives and its box.
-fn part_of(
-    geometry: &mut Geometry,
-    world: &World,
-    (part, material): Key,
-) -> Result<(Tree, Vec<Primitive>, Bounds), PackError> {
-    let first = geometry.primitives.len();
+/// The shapes of a part that its copies share.
+fn part_of(geometry: &mut Geometry, world: &World, (part, material): Key) -> Result<Stand, PackError> {
+    let (first, first_branch) = (geometry.primitives.len(), geometry.branches.len());
     let instances = world.parts.get(part).map_or(&[][..], |part| &part.instances);
     for instance in instances {
         if !is_shared(instance, material, &geometry.shines) {
@@ -202,11 +195,7 @@ fn part_of(
             None => geometry.add(instance, world)?,
         }
     }
-    let mut primitives = geometry.primitives.split_off(first);
-    let mut bounds = geometry.bounds.split_off(first);
-    super::geometry::pad(&mut bounds);
-    let tree = build(&mut primitives, &bounds, &geometry.shapes);
-    let whole =
-        bounds.into_iter().reduce(Bounds::join).unwrap_or(Bounds { low: Default::default(), high: Default::default() });
-    Ok((tree, primitives, whole))
+    let primitives = geometry.primitives.split_off(first);
+    let bounds = geometry.bounds.split_off(first);
+    Ok(Stand::new(geometry.branches.split_off(first_branch), primitives, bounds, &geometry.shapes))
 }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::motion::Moved;
 
+use super::grow::{Branch, Plans};
 use super::lights::{self, Light, luminance};
 use super::materials::{Emitter, Reads, add_emitters, emitters};
 use super::other::Other;
@@ -25,6 +26,10 @@ use super::{NO_LIGHT, PackError, TURN};
 pub struct Geometry {
     pub primitives: Vec<Primitive>,
     pub bounds: Vec<Bounds>,
+    /// Large meshes, which have branches of the tree to themselves.
+    pub branches: Vec<Branch>,
+    /// Of all meshes so far.
+    pub plans: Plans,
     pub shapes: Vec<PackedShape>,
     /// Where each of them goes, if motion is wanted.
     pub moved: Option<Vec<Moved>>,
@@ -62,6 +67,7 @@ impl Geometry {
         let place = instance.world_from_object;
         let shape = self.shapes.len() as u32;
         let first = self.primitives.len();
+        let first_branch = self.branches.len();
         let first_light = self.lights.len() as u32;
         let mut record = PackedShape::default();
         let emission = self.emission(instance, world, &mut record)?;
@@ -106,7 +112,8 @@ impl Geometry {
         };
         self.push(record, place, instance.next, meshes);
 
-        let outside = self.bounds[first..].iter().any(|b| is_far(b.low) || is_far(b.high));
+        let branches = self.branches[first_branch..].iter().map(Branch::bounds);
+        let outside = self.bounds[first..].iter().copied().chain(branches).any(|b| is_far(b.low) || is_far(b.high));
         let matrices = [record.object_from_world_x, record.object_from_world_y, record.object_from_world_z];
         if outside || matrices.iter().any(|row| !row.is_finite()) {
             return Err(PackError::Coordinates { node: instance.node });
@@ -204,11 +211,6 @@ impl Geometry {
         Ok((!found.is_empty()).then_some(Shining { power_per_m2, two_sided }))
     }
 
-    /// Widens all boxes so that no ray slips between two of them.
-    pub fn pad_bounds(&mut self) {
-        pad(&mut self.bounds);
-    }
-
     fn add_sphere(&mut self, shape: u32, place: DAffine3) {
         let rows = place.matrix3.transpose();
         let half = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
@@ -268,43 +270,29 @@ impl Geometry {
         }
     }
 
-    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Mesh, emission: Option<Shining>, material: usize) {
-        let positions: Vec<DVec3> = mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect();
-        let by_normal = normal_matrix(place);
-        let normals: Vec<u32> = mesh
-            .normals
-            .par_iter()
-            .map(|n| encode_normal((by_normal * n.as_dvec3()).normalize_or_zero().as_vec3()))
-            .collect();
-        let mirrored = place.matrix3.determinant() < 0.0;
-        let indices = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|v| v as usize);
-            if mirrored { [a, c, b] } else { [a, b, c] }
-        };
+    fn add_mesh(&mut self, shape: u32, place: DAffine3, mesh: &Arc<Mesh>, emission: Option<Shining>, material: usize) {
+        let indices = corners_in(place);
         let reads = self.reads.get(material).copied().unwrap_or_default();
         let vertices = if reads.textures || reads.tangents && !mesh.uvs.is_empty() {
             self.textures.mesh(mesh, place, indices, reads.tangents)
         } else {
             0
         };
-        let flats = mesh.triangles.par_iter().enumerate().map(|(i, triangle)| {
-            let [a, b, c] = indices(triangle);
-            let shade = match normals.as_slice() {
-                [] => [0; 3],
-                n if n[a] == 0 || n[b] == 0 || n[c] == 0 => [0; 3],
-                n => [n[a], n[b], n[c]],
-            };
-            let [a, b, c] = [positions[a], positions[b], positions[c]];
-            let (mut primitive, bounds) = flat(shape | PRIMITIVE_TRIANGLE, i, [a, b, c, a], shade);
-            primitive.index.y = vertices;
-            (primitive, bounds)
-        });
-        let (primitives, bounds): (Vec<_>, Vec<_>) = flats.unzip();
-        self.primitives.extend(primitives);
-        self.bounds.extend(bounds);
+        match self.plans.of(mesh) {
+            Some(planned) => self.branches.push(Branch { planned, place, shape, vertices }),
+            None => {
+                let triangles = Triangles::new(mesh, place, shape, vertices);
+                let all = (0..mesh.triangles.len()).into_par_iter().map(|i| triangles.get(i));
+                let (primitives, bounds): (Vec<_>, Vec<_>) = all.unzip();
+                self.primitives.extend(primitives);
+                self.bounds.extend(bounds);
+            }
+        }
+        let positions = mesh.positions.as_slice();
+        let positions = |v: usize| place.transform_point3(positions[v].as_dvec3());
         let Some(Shining { power_per_m2, two_sided }) = emission else { return };
         for triangle in &mesh.triangles {
-            let [a, b, c] = indices(triangle).map(|v| positions[v]);
+            let [a, b, c] = indices(triangle).map(positions);
             let area = 0.5 * (b - a).cross(c - a).length();
             let power = area * power_per_m2;
             let mut light = lights::flat(LIGHT_TRIANGLE, shape, a, [b - a, c - a], area, power, two_sided);
@@ -314,12 +302,53 @@ impl Geometry {
     }
 }
 
-/// Widens boxes so that no ray slips between two of them.
-pub fn pad(bounds: &mut [Bounds]) {
-    let reach =
-        bounds.iter().fold(0.0_f32, |reach, b| reach.max(b.low.abs().max_element()).max(b.high.abs().max_element()));
-    for b in bounds {
-        *b = b.padded(reach);
+/// The corners of triangles, turned round where `place` mirrors.
+fn corners_in(place: DAffine3) -> impl Fn(&[u32; 3]) -> [usize; 3] + Sync + Copy {
+    let mirrored = place.matrix3.determinant() < 0.0;
+    move |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|v| v as usize);
+        if mirrored { [a, c, b] } else { [a, b, c] }
+    }
+}
+
+/// The triangles of a mesh in the world.
+pub struct Triangles<'a> {
+    mesh: &'a Mesh,
+    place: DAffine3,
+    positions: Vec<DVec3>,
+    /// Encoded; empty for flat triangles.
+    normals: Vec<u32>,
+    kind_and_shape: u32,
+    vertices: u32,
+}
+
+impl<'a> Triangles<'a> {
+    /// Of shape `shape`, placed by `place`; `vertices`: the place of what its vertices have.
+    pub fn new(mesh: &'a Mesh, place: DAffine3, shape: u32, vertices: u32) -> Self {
+        let by_normal = normal_matrix(place);
+        let normal = |n: &Vec3| encode_normal((by_normal * n.as_dvec3()).normalize_or_zero().as_vec3());
+        Self {
+            mesh,
+            place,
+            positions: mesh.positions.par_iter().map(|p| place.transform_point3(p.as_dvec3())).collect(),
+            normals: mesh.normals.par_iter().map(normal).collect(),
+            kind_and_shape: shape | PRIMITIVE_TRIANGLE,
+            vertices,
+        }
+    }
+
+    /// One of them and its box.
+    pub fn get(&self, i: usize) -> (Primitive, Bounds) {
+        let [a, b, c] = corners_in(self.place)(&self.mesh.triangles[i]);
+        let shade = match self.normals.as_slice() {
+            [] => [0; 3],
+            n if n[a] == 0 || n[b] == 0 || n[c] == 0 => [0; 3],
+            n => [n[a], n[b], n[c]],
+        };
+        let [a, b, c] = [self.positions[a], self.positions[b], self.positions[c]];
+        let (mut primitive, bounds) = flat(self.kind_and_shape, i, [a, b, c, a], shade);
+        primitive.index.y = self.vertices;
+        (primitive, bounds)
     }
 }
 

@@ -7,6 +7,7 @@ mod copies;
 mod eye;
 mod filter;
 mod geometry;
+mod grow;
 mod lights;
 mod materials;
 mod opacity;
@@ -27,15 +28,14 @@ use kinora_kernel::generated::{
     FEATURE_OTHER, FEATURE_PANORAMA, FEATURE_SKY_MAP, LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, MATERIAL_EMITTER, NONE,
     OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
 };
-use kinora_kernel::packed::TooDeep;
-use kinora_kernel::query::build;
-use kinora_kernel::{Packed, Params};
-use kinora_scene::{Background, LightKind, Mis, Projection, Sampler, SkyLight, World};
+use kinora_kernel::packed::{Shared, TooDeep};
+use kinora_kernel::{Packed, Params, Shape as PackedShape};
+use kinora_scene::{Background, Instance, LightKind, Mis, Projection, Sampler, Shape, SkyLight, World};
 
 use crate::motion::Moved;
 use geometry::Geometry;
+use grow::{Grown, Plans, Stand};
 use materials::Materials;
-use textures::Textures;
 
 /// Why a world cannot be traced.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -149,30 +149,190 @@ const MAX_WORDS: usize = 1 << 29;
 /// # Errors
 /// Geometry beyond the limits that [`PackError`] names.
 pub fn pack(world: &World) -> Result<Packed, PackError> {
-    pack_moving(world).map(|(packed, _)| packed)
+    Packer::default().prepare(world)?.finish(None).map(|(packed, _)| packed)
 }
 
-/// As [`pack`], with where each shape goes until the next frame, if the world tells of it.
-pub(crate) fn pack_moving(world: &World) -> Result<(Packed, Option<Vec<Moved>>), PackError> {
-    let mut textures = Textures::default();
-    let Materials { records, reads, shines } = materials::pack(&world.materials, &mut textures)?;
-    let moved = world.next.as_ref().map(|_| Vec::new());
-    let mut geometry = Geometry { materials: records, reads, shines, textures, moved, ..Geometry::default() };
-    // Planes come first: the kernel tests the first `plane_count` shapes one by one.
+/// Packs one world after the other.
+#[derive(Default)]
+pub(crate) struct Packer {
+    plans: Plans,
+    grown: Grown,
+}
+
+/// A world all but packed: what is left may take what the one before has.
+pub(crate) struct Prepared<'a> {
+    packer: &'a mut Packer,
+    /// Without the trees.
+    pub packed: Packed,
+    main: Stand,
+    parts: Vec<Stand>,
+    /// Where each shape goes until the next frame, if the world tells of it.
+    pub moved: Option<Vec<Moved>>,
+}
+
+/// What of a world is not as in the one before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Changes {
+    /// Meshes whose triangles were sorted.
+    pub meshes: bool,
+    /// The tree over all shapes, or only a branch of it.
+    pub tree: bool,
+    /// Where shapes are.
+    pub transforms: bool,
+    /// What else shapes have: their materials and lights.
+    pub shapes: bool,
+    pub materials: bool,
+    pub lights: bool,
+    /// Texels, what vertices have, and the sky's map.
+    pub textures: bool,
+    /// The filter.
+    pub tables: bool,
+    pub camera: bool,
+    /// What else holds for the whole picture, such as its size or the depth of paths.
+    pub settings: bool,
+}
+
+impl Changes {
+    /// Everything.
+    pub const ALL: Changes = Changes {
+        meshes: true,
+        tree: true,
+        transforms: true,
+        shapes: true,
+        materials: true,
+        lights: true,
+        textures: true,
+        tables: true,
+        camera: true,
+        settings: true,
+    };
+
+    /// What changed, in words.
+    pub fn names(&self) -> Vec<&'static str> {
+        let Changes { meshes, tree, transforms, shapes, materials, lights, textures, tables, camera, settings } = *self;
+        let all = [
+            (meshes, "meshes"),
+            (tree, "tree"),
+            (transforms, "transforms"),
+            (shapes && !transforms, "shapes"),
+            (materials, "materials"),
+            (lights, "lights"),
+            (textures, "textures"),
+            (tables, "filter"),
+            (camera, "camera"),
+            (settings, "settings"),
+        ];
+        all.into_iter().filter(|(changed, _)| *changed).map(|(_, name)| name).collect()
+    }
+
+    /// Both.
+    #[must_use]
+    pub fn and(self, other: Changes) -> Changes {
+        Changes {
+            meshes: self.meshes | other.meshes,
+            tree: self.tree | other.tree,
+            transforms: self.transforms | other.transforms,
+            shapes: self.shapes | other.shapes,
+            materials: self.materials | other.materials,
+            lights: self.lights | other.lights,
+            textures: self.textures | other.textures,
+            tables: self.tables | other.tables,
+            camera: self.camera | other.camera,
+            settings: self.settings | other.settings,
+        }
+    }
+}
+
+impl Packer {
+    /// Does all that may fail.
+    ///
+    /// # Errors
+    /// As [`pack`].
+    pub fn prepare(&mut self, world: &World) -> Result<Prepared<'_>, PackError> {
+        self.plans.begin();
+        let mut geometry = Geometry { plans: std::mem::take(&mut self.plans), ..Geometry::default() };
+        let laid = lay(&mut geometry, world);
+        self.plans = std::mem::take(&mut geometry.plans);
+        let (packed, main, parts) = laid?;
+        Ok(Prepared { packer: self, packed, main, parts, moved: geometry.moved })
+    }
+}
+
+impl Prepared<'_> {
+    /// The arrays, and what of them is not as in `before`, which must be what was packed last.
+    ///
+    /// # Errors
+    /// The tree is too deep; then nothing is left of `before`.
+    pub fn finish(self, before: Option<Packed>) -> Result<(Packed, Changes), PackError> {
+        let Prepared { packer, mut packed, main, parts, .. } = self;
+        let mut changes = Changes { meshes: packer.plans.made > 0, ..Changes::ALL };
+        let trees = before.map(|before| {
+            let Packed { params, tree, primitives, shapes, materials, lights, tables, words } = before;
+            changes = Changes { meshes: changes.meshes, ..of_params(&params, &packed.params) };
+            changes.transforms = !same_places(&shapes, &packed.shapes);
+            changes.shapes = !same_bits(&shapes, &packed.shapes);
+            changes.materials = !same_bits(&materials, &packed.materials);
+            changes.lights = !same_bits(&lights, &packed.lights);
+            changes.textures = *words != *packed.words;
+            changes.tables = *tables != *packed.tables;
+            if !changes.shapes {
+                packed.shapes = shapes;
+            }
+            if !changes.materials {
+                packed.materials = materials;
+            }
+            if !changes.lights {
+                packed.lights = lights;
+            }
+            if !changes.textures {
+                packed.words = words;
+            }
+            if !changes.tables {
+                packed.tables = tables;
+            }
+            (tree, primitives)
+        });
+        let grown;
+        ((packed.tree, packed.primitives), grown) = packer.grown.grow(main, parts, trees, &packed.shapes);
+        changes.tree = grown;
+        packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
+        place_eye(&mut packed);
+        Ok((packed, changes))
+    }
+}
+
+// By their bits, since what is no number is not even itself.
+fn same_bits<T: bytemuck::NoUninit>(a: &[T], b: &[T]) -> bool {
+    bytemuck::cast_slice::<T, u8>(a) == bytemuck::cast_slice::<T, u8>(b)
+}
+
+// Whether shapes are where they were.
+fn same_places(a: &[PackedShape], b: &[PackedShape]) -> bool {
+    let rows = |s: &PackedShape| [s.world_from_object_x, s.world_from_object_y, s.world_from_object_z];
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| rows(a) == rows(b))
+}
+
+// All arrays but the trees, and what those are over.
+fn lay(geometry: &mut Geometry, world: &World) -> Result<(Packed, Stand, Vec<Stand>), PackError> {
+    let Materials { records, reads, shines } = materials::pack(&world.materials, &mut geometry.textures)?;
+    (geometry.materials, geometry.reads, geometry.shines) = (records, reads, shines);
+    geometry.moved = world.next.as_ref().map(|_| Vec::new());
+    // Planes come first: the kernel tests the first `plane_count` shapes one by one. What is large follows, so that its
+    // shapes keep their numbers while small ones come and go.
     let again = copies::unfold(world, &geometry.shines)?;
-    let (planes, others): (Vec<_>, Vec<_>) = world
-        .instances
-        .iter()
-        .chain(&again.instances)
-        .partition(|i| matches!(i.shape, kinora_scene::Shape::Plane { .. }));
-    let plane_count = planes.len() as u32;
-    for instance in planes.into_iter().chain(others) {
+    let order = |instance: &&Instance| match &instance.shape {
+        Shape::Plane { .. } => 0,
+        Shape::Mesh(mesh) if grow::is_large(mesh) => 1,
+        _ => 2,
+    };
+    let mut instances: Vec<&Instance> = world.instances.iter().chain(&again.instances).collect();
+    instances.sort_by_key(order);
+    let plane_count = instances.iter().filter(|instance| order(instance) == 0).count() as u32;
+    for instance in instances {
         geometry.add(instance, world)?;
     }
-    let parts = copies::add(&mut geometry, world, again.copies)?;
-    if geometry.primitives.len() > MAX_PRIMITIVES {
-        return Err(PackError::TooMany { primitives: geometry.primitives.len(), limit: MAX_PRIMITIVES });
-    }
+    let parts = copies::add(geometry, world, again.copies)?;
     for lamp in world.lights.iter().chain(&again.lights) {
         match &lamp.light.kind {
             LightKind::Point { radius_m, .. } | LightKind::Spot { radius_m, .. } if *radius_m > 0.0 => {
@@ -199,22 +359,19 @@ pub(crate) fn pack_moving(world: &World) -> Result<(Packed, Option<Vec<Moved>>),
     let mut above = above(world, near_count, &mut words)?;
     // Lights without power stand before those from infinitely far away.
     let light_count = if above.lights.is_empty() { near_count } else { geometry.lights.len() as u32 };
-    let primitive_count = geometry.primitives.len() as u32;
-    geometry.pad_bounds();
-    let mut tree = build(&mut geometry.primitives, &geometry.bounds, &geometry.shapes);
-    for (part, mut primitives) in parts {
-        let (first, count) = (geometry.primitives.len() as u32, primitives.len() as u32);
-        tree.add_part(part, first, count);
-        geometry.primitives.append(&mut primitives);
+    let (own, bounds) = (std::mem::take(&mut geometry.primitives), std::mem::take(&mut geometry.bounds));
+    let main = Stand::new(std::mem::take(&mut geometry.branches), own, bounds, &geometry.shapes);
+    let primitives = main.len() + parts.iter().map(Stand::len).sum::<usize>();
+    if primitives > MAX_PRIMITIVES {
+        return Err(PackError::TooMany { primitives, limit: MAX_PRIMITIVES });
     }
-    let mut params = Params { plane_count, primitive_count, light_count, ..params(world) };
+    let mut params = Params { plane_count, primitive_count: main.len() as u32, light_count, ..params(world) };
     above.write(&mut params);
     params.light_tree = light_tree.unwrap_or(0);
     if light_tree.is_some() {
         params.features |= FEATURE_LIGHT_TREE;
     }
-    let all_lights: Vec<_> = geometry
-        .lights
+    let all_lights: Vec<_> = std::mem::take(&mut geometry.lights)
         .into_iter()
         .map(|light| light.packed)
         .chain(above.lights.into_iter().map(|light| light.packed))
@@ -232,7 +389,8 @@ pub(crate) fn pack_moving(world: &World) -> Result<(Packed, Option<Vec<Moved>>),
     if shapes.any(|instance| cut_out(instance.material)) || copies.any(|copied| copied.material.is_some_and(cut_out)) {
         params.features |= FEATURE_CUTOUT;
     }
-    for primitive in geometry.primitives.iter().filter(|p| p.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER) {
+    let small = [&main].into_iter().chain(&parts).flat_map(Stand::primitives);
+    for primitive in small.filter(|p| p.shade.w & PRIMITIVE_KIND == PRIMITIVE_OTHER) {
         let instance = primitive.index.z == OTHER_INSTANCE;
         params.features |= if instance { FEATURE_INSTANCE } else { FEATURE_OTHER };
     }
@@ -247,49 +405,90 @@ pub(crate) fn pack_moving(world: &World) -> Result<(Packed, Option<Vec<Moved>>),
     }
     params.features |= texture_features;
     [params.textures.x, params.textures.y] = places;
+    let packed = Packed {
+        params,
+        shapes: not_empty(std::mem::take(&mut geometry.shapes)).into(),
+        materials: not_empty(std::mem::take(&mut geometry.materials)).into(),
+        lights: not_empty(all_lights).into(),
+        tables: tables(world).into(),
+        words: words.into(),
+        ..Packed::empty()
+    };
+    check_camera(&packed.params)?;
+    Ok((packed, main, parts))
+}
+
+fn tables(world: &World) -> Vec<f32> {
     let mut tables = filter::inverse_distribution(world.render.filter, world.render.filter_width);
     tables.resize(TABLE_ALBEDO as usize, 0.0);
     tables.extend_from_slice(albedo::tables());
-    let mut packed = Packed {
-        params,
-        tree,
-        primitives: not_empty(geometry.primitives),
-        shapes: not_empty(geometry.shapes),
-        materials: not_empty(geometry.materials),
-        lights: not_empty(all_lights),
-        tables,
-        words,
-    };
-    packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
-    place_eye(&mut packed)?;
-    Ok((packed, geometry.moved))
+    tables
 }
 
-// The last step of all: a look at what is around the eye.
-fn place_eye(packed: &mut Packed) -> Result<(), PackError> {
-    let camera = [packed.params.camera_eye, packed.params.camera_film];
+fn check_camera(params: &Params) -> Result<(), PackError> {
+    let camera = [params.camera_eye, params.camera_film];
     if camera.iter().any(|v| !v.is_finite()) {
         return Err(PackError::Camera);
     }
-    packed.params.media = eye::media_around(packed, packed.params.camera_eye.truncate());
     Ok(())
 }
 
-/// Makes the arrays of another world those of `world`, from which nothing but the view differs.
+// The last step of all: a look at what is around the eye.
+fn place_eye(packed: &mut Packed) {
+    packed.params.media = eye::media_around(packed, packed.params.camera_eye.truncate());
+}
+
+/// Makes the arrays of another world those of `world`, from which nothing but the view and the settings of the picture
+/// differ. Gives what changed.
 ///
 /// # Errors
-/// [`PackError::Camera`].
-pub(crate) fn aim(packed: &mut Packed, world: &World) -> Result<(), PackError> {
+/// [`PackError::Camera`]; then nothing is changed.
+pub(crate) fn aim(packed: &mut Packed, world: &World) -> Result<Changes, PackError> {
     const CAMERA: u32 = FEATURE_ORTHOGRAPHIC | FEATURE_PANORAMA | FEATURE_FISHEYE | FEATURE_BLADES;
+    let before = packed.params;
     let seen = params(world);
-    let params = &mut packed.params;
-    params.camera_x = seen.camera_x;
-    params.camera_y = seen.camera_y;
-    params.camera_z = seen.camera_z;
-    params.camera_eye = seen.camera_eye;
-    params.camera_film = seen.camera_film;
-    params.features = params.features & !CAMERA | seen.features & CAMERA;
-    place_eye(packed)
+    check_camera(&seen)?;
+    packed.params = Params {
+        camera_x: seen.camera_x,
+        camera_y: seen.camera_y,
+        camera_z: seen.camera_z,
+        camera_eye: seen.camera_eye,
+        camera_film: seen.camera_film,
+        features: before.features & !CAMERA | seen.features & CAMERA,
+        sky: seen.sky,
+        window: seen.window,
+        resolution: seen.resolution,
+        seed: seen.seed,
+        sampler: seen.sampler,
+        max_bounces: seen.max_bounces,
+        roulette_from: seen.roulette_from,
+        light_chance: seen.light_chance,
+        clamp: seen.clamp,
+        ..before
+    };
+    let tables = keep(tables(world).into(), &packed.tables);
+    let changes = Changes { tables: !tables.is(&packed.tables), ..of_params(&before, &packed.params) };
+    packed.tables = tables;
+    place_eye(packed);
+    Ok(changes)
+}
+
+// `new`, or what was there before if it is the same.
+fn keep<T: PartialEq>(new: Shared<T>, before: &Shared<T>) -> Shared<T> {
+    if *new == **before { before.clone() } else { new }
+}
+
+fn of_params(before: &Params, after: &Params) -> Changes {
+    let camera = |p: &Params| [p.camera_x, p.camera_y, p.camera_z, p.camera_eye, p.camera_film];
+    let settings = |p: &Params| {
+        let numbers = (p.sampler, p.max_bounces, p.roulette_from, p.features);
+        (p.sky, p.window, p.resolution, p.seed, numbers, p.light_chance, p.clamp)
+    };
+    Changes {
+        camera: camera(before) != camera(after),
+        settings: settings(before) != settings(after),
+        ..Changes::default()
+    }
 }
 
 /// What comes from infinitely far away.

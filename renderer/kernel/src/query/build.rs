@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::lanes::{Row, WIDTH};
 use super::tree::{
     FEW, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf,
-    Node, Tree,
+    NO_ITEM, Node, Tree,
 };
 use crate::generated::{
     NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_INSTANCE, OTHER_TUBE,
@@ -82,15 +82,18 @@ impl Bounds {
 /// never slow, the index in `low` and the kind in `high`.
 #[derive(Clone, Copy)]
 #[repr(C, align(16))]
-struct Item {
-    low: [f32; 4],
-    high: [f32; 4],
+pub(super) struct Item {
+    pub low: [f32; 4],
+    pub high: [f32; 4],
 }
 
-const NORMAL: u32 = 0x4000_0000;
+pub(super) const NORMAL: u32 = 0x4000_0000;
+
+/// A node of a branch, until it has its place.
+const ITEM_BOUGH: u32 = 0xc000_0000;
 
 impl Item {
-    fn id(&self) -> u32 {
+    pub fn id(&self) -> u32 {
         self.low[3].to_bits() & !NORMAL
     }
 
@@ -104,15 +107,15 @@ impl Item {
 }
 
 #[derive(Clone, Copy)]
-struct Extent {
-    low: Vec4,
-    high: Vec4,
+pub(super) struct Extent {
+    pub low: Vec4,
+    pub high: Vec4,
 }
 
 impl Extent {
-    const EMPTY: Extent = Extent { low: Vec4::INFINITY, high: Vec4::NEG_INFINITY };
+    pub const EMPTY: Extent = Extent { low: Vec4::INFINITY, high: Vec4::NEG_INFINITY };
 
-    fn join(self, other: Extent) -> Extent {
+    pub fn join(self, other: Extent) -> Extent {
         Extent { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
@@ -128,11 +131,11 @@ impl Extent {
 
 /// A range of items that is to become a node or a leaf.
 #[derive(Clone, Copy)]
-struct Part {
-    first: usize,
-    end: usize,
+pub(super) struct Part {
+    pub first: usize,
+    pub end: usize,
     /// Of the boxes.
-    extent: Extent,
+    pub extent: Extent,
     /// Of twice the centres.
     centres: Extent,
     /// Of all items, else ITEM_NODE.
@@ -140,7 +143,7 @@ struct Part {
 }
 
 impl Part {
-    fn new(items: &[Item], first: usize) -> Part {
+    pub fn new(items: &[Item], first: usize) -> Part {
         let mut part =
             Part { first, end: first + items.len(), extent: Extent::EMPTY, centres: Extent::EMPTY, kind: ITEM_NODE };
         part.kind = items.first().map_or(ITEM_NODE, |item| item.kind() & ITEM_KIND);
@@ -163,18 +166,18 @@ impl Part {
         self.len() <= self.most(WIDTH) && self.kind != ITEM_NODE
     }
 
-    // How many of its items may be left together where others may be so many: an instance is an item of its own.
+    // How many of its items may be left together where others may be so many: instances and boughs are items of their own.
     fn most(&self, others: usize) -> usize {
-        if self.kind == ITEM_INSTANCE { 1 } else { others }
+        if self.kind == ITEM_INSTANCE || self.kind == ITEM_BOUGH { 1 } else { others }
     }
 }
 
 /// A node's eight items while their places are not known: a subtree's own nodes are numbered from 0, and what is in a
 /// leaf is a range of items.
-struct Draft {
-    node: Node,
+pub(super) struct Draft {
+    pub node: Node,
     /// First item and how many, of leaves.
-    leaves: [(u32, u8); WIDTH],
+    pub leaves: [(u32, u8); WIDTH],
 }
 
 /// Below this level of nodes, or of halves in a small part, parts are halved by count, so that no tree is deep.
@@ -186,70 +189,165 @@ const MOST_BINS: usize = 16;
 
 /// The tree over `primitives`, whose boxes are `bounds`. Puts `primitives` into the order of its leaves.
 pub fn build(primitives: &mut Vec<Primitive>, bounds: &[Bounds], shapes: &[Shape]) -> Tree {
-    let count = primitives.len().min(bounds.len());
-    if count == 0 {
-        return Tree::default();
+    let mut tree = Tree::default();
+    let own = std::mem::take(primitives);
+    tree.crown(&[], (&own, bounds), shapes, primitives);
+    tree
+}
+
+/// Items that branches may be in the nodes above them: some, and some more for each.
+const CUT: usize = 32;
+const CUT_EACH: usize = 8;
+
+/// A branch as an item of the nodes above it, or a part of one.
+struct Bough {
+    low: [f32; 3],
+    high: [f32; 3],
+    node: u32,
+}
+
+impl Bough {
+    fn half_area(&self) -> f32 {
+        let d = std::array::from_fn::<f32, 3, _>(|i| self.high[i] - self.low[i]);
+        d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
     }
-    let mut items: Vec<Item> = (primitives.par_iter(), bounds)
-        .into_par_iter()
-        .enumerate()
-        .map(|(i, (primitive, bounds))| Item {
-            low: bounds.low.extend(f32::from_bits(NORMAL | i as u32)).to_array(),
-            high: bounds.high.extend(f32::from_bits(item_kind(primitive))).to_array(),
-        })
-        .collect();
-    let root = Part::new(&items, 0);
-    let mut tree =
-        Tree { reach: root.extent.low.abs().max(root.extent.high.abs()).truncate().max_element(), ..Tree::default() };
-    let mut drafts = Vec::new();
-    if root.is_leaf() {
-        tree.root = Some(root.kind);
-        tree.rows = vec![Row::default(); rows_of(root.kind)];
-    } else {
-        tree.root = Some(ITEM_NODE);
-        drafts = nodes(&mut items, root, 1);
+}
+
+impl Tree {
+    // The roots of branches, the largest of which are opened: where branches reach into one another, or into what is
+    // around them, their parts are better sorted (Benthin, Woop, Wald and Áfra, "Improved Two-Level BVHs using Partial
+    // Re-Braiding", HPG 2017).
+    fn boughs(&self, roots: &[u32], alone: bool) -> Vec<Bough> {
+        let mut boughs: Vec<Bough> = roots.iter().filter_map(|&root| self.bough(root)).collect();
+        let most = if alone { 0 } else { CUT + CUT_EACH * roots.len() };
+        let mut shut = vec![false; boughs.len()];
+        while boughs.len() < most {
+            let open = (0..boughs.len()).filter(|&i| !shut[i]);
+            let Some(largest) = open.max_by(|&a, &b| boughs[a].half_area().total_cmp(&boughs[b].half_area())) else {
+                break;
+            };
+            let items = self.nodes.get(boughs[largest].node as usize).map_or([NO_ITEM; WIDTH], |node| node.items);
+            let below = items.iter().filter(|item| **item != NO_ITEM);
+            // A leaf stays where its node is.
+            if below.clone().any(|item| item & ITEM_KIND != ITEM_NODE) {
+                shut[largest] = true;
+                continue;
+            }
+            let mut below = below.filter_map(|&item| self.bough(item));
+            if let Some(first) = below.next() {
+                boughs[largest] = first;
+            }
+            boughs.extend(below);
+            shut.resize(boughs.len(), false);
+        }
+        boughs
     }
-    let order: Vec<Primitive> = items.par_iter().map(|item| primitives[item.id() as usize]).collect();
-    *primitives = order;
-    // Places of the leaves, in the order of the nodes.
-    let mut rows = 0;
-    let mut leaves = Vec::new();
-    for draft in &mut drafts {
-        for slot in 0..WIDTH {
-            let (first, count) = draft.leaves[slot];
-            if count > 0 {
-                let kind = draft.node.items[slot];
-                let item = kind | if kind == ITEM_INSTANCE { first } else { rows as u32 };
-                draft.node.items[slot] = item;
+
+    fn bough(&self, node: u32) -> Option<Bough> {
+        let bounds = &self.nodes.get(node as usize)?.bounds;
+        let least = |axis: usize| bounds[axis][0].0.iter().copied().fold(f32::INFINITY, f32::min);
+        let most = |axis: usize| bounds[axis][1].0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        Some(Bough { low: [0, 1, 2].map(least), high: [0, 1, 2].map(most), node })
+    }
+
+    /// Adds the nodes over `own`, primitives and their boxes, and over the branches whose roots are these nodes; the
+    /// primitives go behind those of the branches, in the order of leaves.
+    pub fn crown(
+        &mut self,
+        roots: &[u32],
+        (own, bounds): (&[Primitive], &[Bounds]),
+        shapes: &[Shape],
+        primitives: &mut Vec<Primitive>,
+    ) {
+        let count = own.len().min(bounds.len());
+        let boughs = self.boughs(roots, count == 0 && roots.len() == 1);
+        (self.root, self.reach, self.leaves) = (None, 0.0, Vec::new());
+        if count + boughs.len() == 0 {
+            return;
+        }
+        let item = |low: [f32; 3], high: [f32; 3], i: usize, kind: u32| Item {
+            low: [low[0], low[1], low[2], f32::from_bits(NORMAL | i as u32)],
+            high: [high[0], high[1], high[2], f32::from_bits(kind)],
+        };
+        let mut items: Vec<Item> = (own.par_iter(), bounds)
+            .into_par_iter()
+            .enumerate()
+            .map(|(i, (primitive, b))| item(b.low.to_array(), b.high.to_array(), i, item_kind(primitive)))
+            .collect();
+        items.extend(boughs.iter().enumerate().map(|(i, b)| item(b.low, b.high, count + i, ITEM_BOUGH)));
+        let root = Part::new(&items, 0);
+        self.reach = root.extent.low.abs().max(root.extent.high.abs()).truncate().max_element();
+        let mut drafts = Vec::new();
+        if !root.is_leaf() {
+            drafts = nodes(&mut items, root, 1);
+        }
+        // Where each item's primitive comes to lie; boughs have none.
+        let mut places = Vec::with_capacity(items.len());
+        let mut next = primitives.len() as u32;
+        for item in &items {
+            places.push(next);
+            next += u32::from(item.kind() != ITEM_BOUGH);
+        }
+        let order = items.par_iter().filter(|item| item.kind() != ITEM_BOUGH);
+        let order: Vec<Primitive> = order.map(|item| own[item.id() as usize]).collect();
+        let before = primitives.len();
+        primitives.extend_from_slice(&order);
+        // Places of the leaves, in the order of the nodes.
+        let (node_base, row_base) = (self.nodes.len() as u32, self.rows.len());
+        let mut rows = row_base;
+        let mut leaves = Vec::new();
+        let mut leaf = |kind: u32, (first, count): (u32, u8), low: [f32; 3], high: [f32; 3]| {
+            let first = first as usize;
+            let item = match kind {
+                ITEM_BOUGH => {
+                    return items[first]
+                        .id()
+                        .checked_sub(own.len() as u32)
+                        .map_or(NO_ITEM, |i| boughs[i as usize].node);
+                }
+                ITEM_INSTANCE => ITEM_INSTANCE | places[first],
+                kind => kind | rows as u32,
+            };
+            leaves.push((Leaf { low, high, item, count: count as usize }, places[first] as usize - before));
+            rows += rows_of(item);
+            item
+        };
+        for draft in &mut drafts {
+            for slot in 0..WIDTH {
                 let corner = |side: usize| [0, 1, 2].map(|axis| draft.node.bounds[axis][side].0[slot]);
-                leaves.push((Leaf { low: corner(0), high: corner(1), item, count: count as usize }, first));
-                rows += rows_of(item);
+                let (low, high) = (corner(0), corner(1));
+                let item = &mut draft.node.items[slot];
+                if draft.leaves[slot].1 > 0 {
+                    *item = leaf(*item, draft.leaves[slot], low, high);
+                } else if *item & ITEM_KIND == ITEM_NODE {
+                    *item += node_base;
+                }
             }
         }
+        self.root = Some(match root.is_leaf() {
+            true => {
+                let (low, high) = (root.extent.low.truncate().to_array(), root.extent.high.truncate().to_array());
+                leaf(root.kind, (0, items.len() as u8), low, high)
+            }
+            false => ITEM_NODE | node_base,
+        });
+        self.nodes.extend(drafts.iter().map(|draft| draft.node));
+        self.rows.resize(rows, Row::default());
+        let mut rest = &mut self.rows[row_base..];
+        let mut filled = Vec::with_capacity(leaves.len());
+        for (leaf, first) in &leaves {
+            let (own, others) = rest.split_at_mut(rows_of(leaf.item).min(rest.len()));
+            filled.push((own, leaf, *first));
+            rest = others;
+        }
+        filled.into_par_iter().with_min_len(256).for_each(|(rows, leaf, first)| {
+            fill(rows, leaf.item & ITEM_KIND, before + first, &order[first..first + leaf.count], shapes);
+        });
+        let instances = leaves.iter().any(|(leaf, _)| leaf.item & ITEM_KIND == ITEM_INSTANCE);
+        if count <= FEW && !instances && boughs.is_empty() {
+            self.leaves = leaves.into_iter().map(|(leaf, _)| leaf).collect();
+        }
     }
-    tree.nodes = drafts.iter().map(|draft| draft.node).collect();
-    if let Some(root) = tree.root.filter(|root| root & ITEM_KIND != ITEM_NODE) {
-        let extent = Part::new(&items, 0).extent;
-        let (low, high) = (extent.low.truncate().to_array(), extent.high.truncate().to_array());
-        leaves.push((Leaf { low, high, item: root, count }, 0));
-        rows = rows_of(root);
-    }
-    tree.rows = vec![Row::default(); rows];
-    let mut rest = tree.rows.as_mut_slice();
-    let mut places = Vec::with_capacity(leaves.len());
-    for (leaf, first) in &leaves {
-        let (own, others) = rest.split_at_mut(rows_of(leaf.item).min(rest.len()));
-        places.push((own, leaf, *first as usize));
-        rest = others;
-    }
-    places.into_par_iter().with_min_len(256).for_each(|(rows, leaf, first)| {
-        fill(rows, leaf.item & ITEM_KIND, first, &primitives[first..first + leaf.count], shapes);
-    });
-    let instances = leaves.iter().any(|(leaf, _)| leaf.item & ITEM_KIND == ITEM_INSTANCE);
-    if count <= FEW && !instances {
-        tree.leaves = leaves.into_iter().map(|(leaf, _)| leaf).collect();
-    }
-    tree
 }
 
 // The kind of an item that holds this primitive.
@@ -273,7 +371,7 @@ pub(super) fn rows_of(item: u32) -> usize {
 }
 
 // The rows of a leaf whose primitives are `primitives`, the first of which has that index.
-fn fill(rows: &mut [Row], kind: u32, first: usize, primitives: &[Primitive], shapes: &[Shape]) {
+pub(super) fn fill(rows: &mut [Row], kind: u32, first: usize, primitives: &[Primitive], shapes: &[Shape]) {
     let Some((ids, numbers)) = rows.split_last_mut() else { return };
     *ids = Row::from_bits(std::array::from_fn(|i| if i < primitives.len() { (first + i) as u32 } else { NONE }));
     for (lane, p) in primitives.iter().enumerate().take(WIDTH) {
@@ -291,7 +389,7 @@ fn fill(rows: &mut [Row], kind: u32, first: usize, primitives: &[Primitive], sha
 }
 
 // The node of `part`, which is no leaf, and all below it, itself first. `items` are those of the part.
-fn nodes(items: &mut [Item], part: Part, level: u32) -> Vec<Draft> {
+pub(super) fn nodes(items: &mut [Item], part: Part, level: u32) -> Vec<Draft> {
     if part.len() <= GRAIN {
         return Twigs::grow(items, part).nodes();
     }
@@ -312,7 +410,7 @@ fn nodes(items: &mut [Item], part: Part, level: u32) -> Vec<Draft> {
     let mut draft = Draft::EMPTY;
     let mut rest = items;
     let mut inner = Vec::new();
-    for (part, slot) in parts.iter().zip(slots(part.centre(), parts)) {
+    for (part, slot) in parts.iter().zip(slots(part.centre(), parts.iter().map(Part::centre))) {
         let (own, others) = rest.split_at_mut(part.len());
         rest = others;
         draft.put(slot, part, part.is_leaf());
@@ -420,11 +518,8 @@ impl Twigs {
             let (mut children, mut count) = ([0; WIDTH], 0);
             self.items(twig.halves[0], from_first, &mut children, &mut count);
             self.items(twig.halves[1], WIDTH - from_first, &mut children, &mut count);
-            let mut parts = [twig.part; WIDTH];
-            for (part, &child) in parts.iter_mut().zip(&children[..count]) {
-                *part = self.0[child as usize].part;
-            }
-            for (&child, slot) in children[..count].iter().zip(slots(twig.part.centre(), &parts[..count])) {
+            let centres = children[..count].iter().map(|&child| self.0[child as usize].part.centre());
+            for (&child, slot) in children[..count].iter().zip(slots(twig.part.centre(), centres)) {
                 let twig = &self.0[child as usize];
                 let leaf = twig.node_from_first == 0;
                 drafts[node].put(slot, &twig.part, leaf);
@@ -656,11 +751,14 @@ fn cost(extent: &Extent, count: u32) -> f32 {
     if count == 0 { 0.0 } else { extent.half_area() * count as f32 }
 }
 
-// A slot a part: bit i of a slot says whether the part lies to the positive side of axis i, as far as all can.
-fn slots(middle: Vec4, parts: &[Part]) -> [usize; WIDTH] {
+// A slot a part, up to eight, by twice their centres: bit i of a slot says whether the part lies to the positive side of
+// axis i from `middle`, as far as all can.
+pub(super) fn slots(middle: Vec4, centres: impl Iterator<Item = Vec4>) -> [usize; WIDTH] {
     let mut fits = [[f32::NEG_INFINITY; WIDTH]; WIDTH];
-    for (fits, part) in fits.iter_mut().zip(parts) {
-        let offset = part.centre() - middle;
+    let mut count = 0;
+    for (fits, centre) in fits.iter_mut().zip(centres) {
+        count += 1;
+        let offset = centre - middle;
         for (slot, fit) in fits.iter_mut().enumerate() {
             let along = |bit: usize, x: f32| if slot >> bit & 1 == 1 { x } else { -x };
             // A number greater than those of what is taken.
@@ -668,7 +766,7 @@ fn slots(middle: Vec4, parts: &[Part]) -> [usize; WIDTH] {
         }
     }
     let mut slots = [0; WIDTH];
-    for _ in parts {
+    for _ in 0..count {
         let (mut best, mut at) = (f32::NEG_INFINITY, 0);
         for (i, &fit) in fits.as_flattened().iter().enumerate() {
             if fit > best {

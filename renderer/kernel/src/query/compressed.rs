@@ -38,7 +38,7 @@ impl Packed {
     pub fn compressed(&self) -> Result<Compressed, TooDeep> {
         let count = self.params.primitive_count as usize;
         let Some(primitives) = self.primitives.get(..count).filter(|primitives| !primitives.is_empty()) else {
-            return Ok(Compressed { bvh: CwBvh::default(), primitives: self.primitives.clone() });
+            return Ok(Compressed { bvh: CwBvh::default(), primitives: self.primitives.to_vec() });
         };
         let mut compressed =
             Compressed { bvh: CwBvh::default(), primitives: Vec::with_capacity(self.primitives.len()) };

@@ -5,6 +5,7 @@
 //! `hit_primitive` does, in its order, boxes are wide enough for rounding, and of two hits at exactly one distance the
 //! lower index wins.
 
+mod branch;
 mod build;
 mod compressed;
 mod lanes;
@@ -18,6 +19,7 @@ use glam::Vec3;
 
 use crate::generated::{Hit, Kernel};
 
+pub use branch::{Plan, Start};
 pub use build::{Bounds, build};
 pub use compressed::Compressed;
 pub use lanes::{BATCH, Isa};

@@ -2,7 +2,7 @@
 //! side by side, so that a node or a leaf is one test in eight lanes.
 
 use super::lanes::{Row, WIDTH};
-use crate::generated::NONE;
+use crate::generated::{NONE, Primitive};
 
 /// What an item of a node is: its high bits. The others are the index of a node, or of a leaf's first row.
 pub const ITEM_KIND: u32 = 0xe000_0000;
@@ -58,6 +58,9 @@ pub struct Part {
     pub first: u32,
     /// How many primitives it has.
     pub count: u32,
+    /// First of its nodes and of its rows.
+    node: u32,
+    row: u32,
     pub(super) root: Option<u32>,
     pub(super) reach: f32,
 }
@@ -106,30 +109,30 @@ impl Tree {
     /// Takes in the tree of a part, whose primitives are those from `first` on.
     pub fn add_part(&mut self, part: Tree, first: u32, count: u32) {
         let Tree { mut nodes, mut rows, root, reach, .. } = part;
-        let (node_base, row_base) = (self.nodes.len() as u32, self.rows.len() as u32);
-        let mut place = |item: u32| {
-            if item & ITEM_KIND == ITEM_NODE {
-                return item + node_base;
-            }
-            if item == NO_ITEM {
-                return item;
-            }
-            let last = (item & !ITEM_KIND) as usize + super::build::rows_of(item) - 1;
-            if let Some(ids) = rows.get_mut(last) {
-                let moved = |id: f32| if id.to_bits() == NONE { NONE } else { id.to_bits() + first };
-                *ids = Row::from_bits(ids.0.map(moved));
-            }
-            item + row_base
-        };
-        for node in &mut nodes {
-            node.items = node.items.map(&mut place);
-        }
-        let root = root.map(place);
+        let begin @ [node, row, _] = [self.nodes.len() as u32, self.rows.len() as u32, first];
+        let root = root.map(|root| moved(root, [0; 3], begin));
+        relocate(&mut nodes, &mut rows, [0; 3], begin);
         self.nodes.append(&mut nodes);
         self.rows.append(&mut rows);
-        self.parts.push(Part { first, count, root, reach });
+        self.parts.push(Part { first, count, node, row, root, reach });
         // Those who test all primitives do not go into parts.
         self.leaves = Vec::new();
+    }
+
+    /// Gives back the trees of all parts, which were taken in last, with their primitives.
+    pub fn take_parts(&mut self, primitives: &mut Vec<Primitive>) -> Vec<(Tree, Vec<Primitive>)> {
+        let mut trees = Vec::with_capacity(self.parts.len());
+        while let Some(Part { first, node, row, root, reach, .. }) = self.parts.pop() {
+            let begin = [node, row, first];
+            let root = root.map(|root| moved(root, begin, [0; 3]));
+            let mut nodes = self.nodes.split_off(self.nodes.len().min(node as usize));
+            let mut rows = self.rows.split_off(self.rows.len().min(row as usize));
+            relocate(&mut nodes, &mut rows, begin, [0; 3]);
+            let own = primitives.split_off(primitives.len().min(first as usize));
+            trees.push((Tree { nodes, rows, root, reach, ..Tree::default() }, own));
+        }
+        trees.reverse();
+        trees
     }
 
     /// Bytes that it takes.
@@ -140,5 +143,37 @@ impl Tree {
     /// Nodes, and rows of leaves.
     pub fn counts(&self) -> (usize, usize) {
         (self.nodes.len(), self.rows.len())
+    }
+}
+
+/// Where a tree begins among nodes, rows and primitives.
+type Begin = [u32; 3];
+
+/// An item of a tree that begins elsewhere now.
+fn moved(item: u32, from: Begin, to: Begin) -> u32 {
+    let axis = match item & ITEM_KIND {
+        _ if item == NO_ITEM => return NO_ITEM,
+        ITEM_NODE => 0,
+        _ => 1,
+    };
+    item & ITEM_KIND | (item & !ITEM_KIND) - from[axis] + to[axis]
+}
+
+/// Has a tree without instances begin elsewhere.
+fn relocate(nodes: &mut [Node], rows: &mut [Row], from: Begin, to: Begin) {
+    for node in nodes {
+        for item in &mut node.items {
+            if *item & ITEM_KIND != ITEM_NODE && *item != NO_ITEM {
+                let last = ((*item & !ITEM_KIND) - from[1]) as usize + super::build::rows_of(*item) - 1;
+                if let Some(ids) = rows.get_mut(last) {
+                    let id = |id: f32| match id.to_bits() {
+                        NONE => NONE,
+                        id => id - from[2] + to[2],
+                    };
+                    *ids = Row::from_bits(ids.0.map(id));
+                }
+            }
+            *item = moved(*item, from, to);
+        }
     }
 }

@@ -85,7 +85,7 @@ pub fn placed(place: DAffine3) -> Shape {
 
 /// The scene whose only materials are these, of which the first is looked at.
 pub fn scene(materials: &[Material]) -> Packed {
-    Packed { materials: materials.to_vec(), ..Packed::empty() }
+    Packed { materials: materials.to_vec().into(), ..Packed::empty() }
 }
 
 /// `model`: DIFFUSE_….
