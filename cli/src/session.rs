@@ -3,10 +3,12 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 #[cfg(feature = "physics")]
 use kinora_animator::physics::BakeError;
 use kinora_animator::{Fault, Place, SampleError};
+use kinora_lang::assets::cache::Cache;
 use kinora_lang::diagnostic::{Diagnostic, Level, Levels, MAX_SHOWN, levels_of_project, list};
 use kinora_lang::files::{self, FileError, Files, Folder, PROJECT};
 use kinora_lang::source::{FileId, Source, Span, decode};
@@ -40,7 +42,22 @@ pub struct Changes {
     pub levels: Levels,
     /// Where bodies are is taken as it is kept, and never computed.
     pub frozen_bake: bool,
+    /// What is kept of a reading for the next.
+    pub kept: Kept,
 }
+
+/// What was made of meshes, models and pictures, if whoever reads scenes again and again keeps it. It changes nothing in
+/// what is read.
+#[derive(Clone, Debug, Default)]
+pub struct Kept(pub Option<Arc<Cache>>);
+
+impl PartialEq for Kept {
+    fn eq(&self, _: &Kept) -> bool {
+        true
+    }
+}
+
+impl Eq for Kept {}
 
 /// What comes of loading a scene.
 #[derive(Clone, Debug)]
@@ -61,6 +78,12 @@ pub struct Loaded {
     /// As [`Changes::frozen_bake`].
     #[cfg_attr(not(feature = "physics"), expect(dead_code, reason = "only a simulation is kept"))]
     pub frozen_bake: bool,
+    /// The file in which it is kept where its bodies are, if they move. Absolute.
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer watches files"))]
+    pub bake: Option<PathBuf>,
+    /// How long it took to parse the scene's own text, and to evaluate it with all that it uses.
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer tells of it"))]
+    pub times: [Duration; 2],
     tree: Tree,
     path: PathBuf,
     root: PathBuf,
@@ -76,7 +99,11 @@ pub fn load(path: &Path, changes: &Changes) -> Result<Loaded, String> {
 
 /// As [`load`], with the number that its findings carry.
 pub fn load_as(id: FileId, path: &Path, changes: &Changes) -> Result<Loaded, String> {
-    let (folder, name) = project(path)?;
+    let (mut folder, name) = project(path)?;
+    if let Kept(Some(cache)) = &changes.kept {
+        cache.begin();
+        folder = folder.with_cache(cache.clone());
+    }
     match files::load(&folder, id, &name) {
         Ok(files::Loaded { source, error }) => Ok(evaluate(source, error, folder, path, changes)),
         Err(error @ FileError::TooLarge { .. }) => {
@@ -110,7 +137,9 @@ pub fn project(path: &Path) -> Result<(Folder, String), String> {
 
 // `error` is what makes the text not worth evaluating.
 fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Path, changes: &Changes) -> Loaded {
+    let start = Instant::now();
     let tree = kinora_lang::parse(&source);
+    let parse = start.elapsed();
     let Changes { params, sets, camera, no_assets, .. } = changes.clone();
     #[cfg(feature = "render")]
     let memory = crate::memory::free_bytes();
@@ -136,13 +165,29 @@ fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Pa
     diagnostics.append(&mut of_project);
     let levels = levels.then(&changes.levels);
     diagnostics.retain(|found| found.is_error() || levels.level(found.code) != Level::Allow);
+    let evaluate = start.elapsed() - parse;
     let root = folder.root();
     let others = folder.dependencies().into_iter().filter(|found| *found.path != *source.name);
     let others = others.map(|found| root.join(&found.path));
-    let dependencies = std::iter::once(root.join(&*source.name)).chain(others).collect();
+    let bake = scene.as_ref().filter(|scene| scene.physics.is_dynamic());
+    let bake = bake.map(|scene| root.join(&scene.physics.simulation.bake));
+    let dependencies = std::iter::once(root.join(&*source.name)).chain(others).chain(bake.clone()).collect();
     let (scene, path) = (scene.map(Arc::new), path.to_path_buf());
     let (root, frozen_bake) = (root.to_path_buf(), changes.frozen_bake);
-    Loaded { scene, params, diagnostics, sources, dependencies, levels, frozen_bake, tree, path, root }
+    Loaded {
+        scene,
+        params,
+        diagnostics,
+        sources,
+        dependencies,
+        levels,
+        frozen_bake,
+        bake,
+        times: [parse, evaluate],
+        tree,
+        path,
+        root,
+    }
 }
 
 /// How the project takes warnings, and what is wrong with its file, which then is one of the texts.

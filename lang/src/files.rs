@@ -8,6 +8,7 @@
 //! [`Folder`] opens the project's root once and everything else relative to that handle (cap-std), so that no path, link
 //! or renamed folder leads out of it, whatever happens to the disk meanwhile.
 
+use crate::assets::cache::{Cache, Version};
 use crate::diagnostic::{Applicability, Diagnostic};
 use crate::source::{FileId, MAX_SOURCE_BYTES, Source, Span, decode};
 use crate::suggest::suggest;
@@ -18,6 +19,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, SystemTime};
 
 /// The file that makes a folder a project, and says what holds in all of it.
 pub const PROJECT: &str = "kinora.toml";
@@ -172,6 +174,17 @@ pub trait Files {
 
     /// The names in a folder of the project, sorted, for suggestions: none where there is no such folder.
     fn names_in(&self, folder: &str) -> Vec<String>;
+
+    /// What was made of files before, if that is kept.
+    fn cache(&self) -> Option<&Cache> {
+        None
+    }
+
+    /// What tells whether a file is as it was, and remembers that it was asked for; `None` where that cannot be said: it
+    /// is not there, or was changed so lately that it may change again without showing it.
+    fn version(&self, _path: &str) -> Option<Version> {
+        None
+    }
 
     /// Reads an asset.
     ///
@@ -352,7 +365,12 @@ pub struct Folder {
     dir: Dir,
     asked: Asked,
     listed: AtomicUsize,
+    cache: Option<Arc<Cache>>,
 }
+
+/// Within so short a time, two changes of a file may have the same date; and where dates have no fractions of seconds.
+const DATE_STEP: Duration = Duration::from_millis(100);
+const COARSE_DATE_STEP: Duration = Duration::from_millis(2500);
 
 /// Folders that are listed for suggestions: behind so many mistakes nobody looks for help.
 const LISTED: usize = 200;
@@ -383,9 +401,24 @@ impl Folder {
         let parts = parts.ok_or_else(|| bad("the path is not Unicode"))?;
         let dir = Dir::open_ambient_dir(root, ambient_authority())?;
         Ok((
-            Folder { root: root.to_path_buf(), dir, asked: Asked::default(), listed: AtomicUsize::new(0) },
+            Folder { root: root.to_path_buf(), dir, asked: Asked::default(), listed: AtomicUsize::new(0), cache: None },
             parts.join("/"),
         ))
+    }
+
+    /// The same folder; what is made of its files is kept in `cache`, and taken from there.
+    #[must_use]
+    pub fn with_cache(self, cache: Arc<Cache>) -> Folder {
+        Folder { cache: Some(cache), ..self }
+    }
+
+    fn version_now(&self, path: &str) -> Option<Version> {
+        let data = self.dir.metadata(resolve("", path).ok()?).ok()?;
+        let modified = data.modified().ok()?.into_std();
+        let age = SystemTime::now().duration_since(modified).ok()?;
+        let fine = modified.duration_since(SystemTime::UNIX_EPOCH).is_ok_and(|since| since.subsec_nanos() != 0);
+        let trusted = data.is_file() && age > if fine { DATE_STEP } else { COARSE_DATE_STEP };
+        trusted.then(|| Version { len: data.len(), modified, identity: identity(&data) })
     }
 
     /// The root, canonical.
@@ -483,7 +516,27 @@ fn led_outside(error: &std::io::Error) -> bool {
     error.kind() == std::io::ErrorKind::PermissionDenied && error.raw_os_error().is_none()
 }
 
+#[cfg(unix)]
+fn identity(data: &cap_std::fs::Metadata) -> (u64, u64, i64, i64) {
+    use cap_std::fs::MetadataExt;
+    (data.dev(), data.ino(), data.ctime(), data.ctime_nsec())
+}
+
+#[cfg(not(unix))]
+fn identity(_: &cap_std::fs::Metadata) -> (u64, u64, i64, i64) {
+    (0, 0, 0, 0)
+}
+
 impl Files for Folder {
+    fn cache(&self) -> Option<&Cache> {
+        self.cache.as_deref()
+    }
+
+    fn version(&self, path: &str) -> Option<Version> {
+        let version = self.version_now(path)?;
+        self.asked.note(path, Ok(version)).ok()
+    }
+
     fn read_at_most(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
         self.asked.note(path, self.fetch(path, limit))
     }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use glam::{UVec2, UVec4, Vec4};
 use kinora_kernel::Packed;
-use kinora_scene::{Shown, World};
+use kinora_scene::{Shown, View, World};
 
 use crate::backend::{Backend, BackendError, Control};
 use crate::film::{Film, Parts, Request, Survey, TooLarge, Window};
@@ -116,6 +116,7 @@ pub struct Renderer {
 /// What the backend holds.
 struct Held {
     packed: Arc<Packed>,
+    view: View,
     /// `None` of a first world, which may stay the only one.
     world: Option<Box<World>>,
 }
@@ -203,15 +204,18 @@ impl Renderer {
 
     /// Has the backend hold a world; gives its arrays, and where each shape goes until the next frame.
     fn take(&mut self, world: &World, window: UVec4) -> Result<(Arc<Packed>, Option<Vec<Moved>>), RenderError> {
-        if let Some(Held { packed, world: Some(before) }) = &mut self.held
+        let same_view = self.held.as_ref().is_some_and(|held| held.view == world.view);
+        if let Some(Held { packed, view, world: Some(before) }) = &mut self.held
             && is_seen_otherwise(before, world)
         {
             let mut aimed = Packed::clone(packed);
-            self.changes = aim(&mut aimed, world)?;
+            // The shape of the picture is no part of the camera.
+            self.changes = Changes { camera: !same_view, ..aim(&mut aimed, world)? };
             aimed.params.window = window;
             let aimed = Arc::new(aimed);
             self.backend.update(aimed.clone(), self.changes)?;
             *packed = aimed.clone();
+            *view = world.view.clone();
             return Ok((aimed, None));
         }
         let mut prepared = self.packer.prepare(world)?;
@@ -224,9 +228,10 @@ impl Renderer {
         let before = before.map(|held| Arc::unwrap_or_clone(held.packed));
         let (packed, changes) = prepared.finish(before)?;
         let packed = Arc::new(packed);
-        self.changes = changes;
+        self.changes = Changes { camera: changes.camera && !same_view, ..changes };
         self.backend.update(packed.clone(), changes)?;
-        self.held = Some(Held { packed: packed.clone(), world: several.then(|| Box::new(world.clone())) });
+        let view = world.view.clone();
+        self.held = Some(Held { packed: packed.clone(), view, world: several.then(|| Box::new(world.clone())) });
         Ok((packed, moved))
     }
 

@@ -105,10 +105,11 @@ impl App {
         let Load { loaded, since, took } = load;
         let findings = findings(&loaded);
         let errors = findings.errors;
+        let times = loaded.as_ref().ok().map(|loaded| loaded.times);
         let good = self.model.take(loaded.ok().map(Arc::new), findings, Instant::now());
         if let Some(since) = since {
             let load = good.then_some(self.model.loads);
-            let lines = self.reloads.read(since, took, load, errors);
+            let lines = self.reloads.read(since, took, times, load, errors);
             self.tell(lines);
         }
     }
@@ -120,6 +121,7 @@ impl App {
                     open.screen.take(picture.size, &picture.rgba);
                     self.shown = Some(Shown::from(&picture));
                 }
+                self.reloads.made(picture.load, &picture.making);
                 self.model.trouble = None;
             }
             Some(Err(failure)) if failure.load == self.model.loads => {
@@ -149,7 +151,8 @@ impl App {
         self.model.pass(passed.as_secs_f64().min(LONGEST_STEP_S), now);
 
         let input = open.input.take_egui_input(&open.window);
-        let status = Status { device: &self.settings.device, reload: self.reloads.last };
+        let Reloads { last: reload, anew, steps, .. } = &self.reloads;
+        let status = Status { device: &self.settings.device, reload: *reload, rebuilt: anew, stages: steps };
         let output = self.egui.run_ui(input, |ui| {
             overlay::show(ui, &mut self.model, self.shown.as_mut(), &status, now);
         });

@@ -13,6 +13,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// So many times as large.
+    pub fn scaled(&self, factor: f32) -> Fit {
+        Fit { size: self.size.map(|side| side * factor), scale: self.scale * factor }
+    }
+
     /// Whether pixels are so large that they are better shown as squares. `pixels_per_unit`: window pixels an area unit.
     pub fn squares(&self, pixels_per_unit: f32) -> bool {
         self.scale * pixels_per_unit > SQUARES_ABOVE

@@ -14,6 +14,8 @@ mod orbit;
 mod overlay;
 mod pace;
 mod photo;
+mod picture;
+mod picture_bar;
 mod reloads;
 mod screen;
 mod settle;
@@ -35,6 +37,7 @@ use winit::event_loop::EventLoop;
 
 use crate::exit::{self, Outcome};
 use crate::flags::{PictureFlags, SceneFlags};
+use crate::session::Kept;
 use app::{App, Settings, Wake};
 use photo::{After, Photo};
 use watch::Watch;
@@ -53,7 +56,7 @@ pub struct Args {
     scene: SceneFlags,
     #[command(flatten)]
     picture: PictureFlags,
-    /// Print a line of JSON on every reload: reload_ms, first_pixel_ms, errors
+    /// Print a line of JSON on every reload: reload_ms, first_pixel_ms, errors, rebuilt, stages
     #[arg(long)]
     json: bool,
     /// Look at the files' dates instead of asking the system for changes: for network folders and containers
@@ -90,7 +93,8 @@ pub fn run(args: &Args) -> Outcome {
     let desk = Arc::new(Desk::default());
     let mut app = App::new(settings, desk.clone(), photo);
 
-    let changes = args.scene.changes_with(&args.picture);
+    let mut changes = args.scene.changes_with(&args.picture);
+    changes.kept = Kept(Some(Arc::default()));
     let watch = Watch { path: args.scene.file.clone(), changes, poll: args.poll };
     let proxy = events.create_proxy();
     thread::spawn(move || watch.run(|load| proxy.send_event(Wake::Loaded(Box::new(load))).is_ok()));

@@ -7,6 +7,7 @@ use kinora_scene::Scene;
 
 use super::compare::{moves, same_camera};
 use super::orbit::{self, Orbit};
+use super::picture::{Looking, Zoom};
 use super::timeline::Timeline;
 use super::work::Job;
 use crate::session::Loaded;
@@ -51,6 +52,12 @@ pub struct Model {
     pub timeline: Timeline,
     /// The camera, once the user has moved it.
     pub orbit: Option<Orbit>,
+    /// How the picture is looked at.
+    pub looking: Looking,
+    /// How large it is.
+    pub zoom: Zoom,
+    /// Whether the next drag over it chooses the part that is rendered.
+    pub choosing: bool,
     /// How many scenes were taken.
     pub loads: u64,
     toast: Option<(&'static str, Instant)>,
@@ -91,6 +98,12 @@ impl Model {
         self.touched(now);
     }
 
+    /// Looks at the picture in another way.
+    pub fn look(&mut self, looking: Looking) {
+        self.stale |= self.looking != looking;
+        self.looking = looking;
+    }
+
     /// Goes back to the scene's own camera.
     pub fn reset_view(&mut self) {
         self.stale |= self.orbit.take().is_some();
@@ -126,7 +139,8 @@ impl Model {
             return None;
         }
         let view = self.orbit.as_ref().map(|orbit| orbit.view.clone());
-        Some(Job { loaded, shutter: self.timeline.shutter(), view, moving, max_side, load: self.loads })
+        let (shutter, looking) = (self.timeline.shutter(), self.looking.clone());
+        Some(Job { loaded, shutter, view, looking, moving, max_side, load: self.loads })
     }
 
     /// How long nothing needs to happen: until the picture counts as still, the next frame is due or a toast goes.

@@ -8,6 +8,7 @@ use egui::{
 };
 
 use super::model::{Gesture, Model};
+use super::picture_bar;
 use super::shown::Shown;
 
 const PANEL: Color32 = Color32::from_rgb(34, 22, 22);
@@ -23,19 +24,30 @@ pub struct Status<'a> {
     pub device: &'a str,
     /// How long the last reload took.
     pub reload: Option<Duration>,
+    /// What it made anew.
+    pub rebuilt: &'a str,
+    /// How long each step of it took.
+    pub stages: &'a str,
 }
 
 /// Draws all of it and acts on what the user does.
 pub fn show(ui: &mut Ui, model: &mut Model, shown: Option<&mut Shown>, status: &Status<'_>, now: Instant) {
     keys(ui, model, now);
+    if !ui.text_edit_focused() {
+        picture_bar::keys(ui, model, shown.as_deref());
+    }
+    Panel::top("picture bar").show_separator_line(false).show(ui, |ui| picture_bar::show(ui, model, shown.as_deref()));
     Panel::bottom("status").show(ui, |ui| status_line(ui, model, shown.as_deref(), status));
     if model.timeline.shown() {
         Panel::bottom("timeline").show_separator_line(false).show(ui, |ui| timeline(ui, model, now));
     }
     CentralPanel::no_frame().show(ui, |ui| {
         let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        let height = shown.and_then(|shown| shown.put(ui, area)).unwrap_or(area.height());
-        camera(ui, model, &response, height, now);
+        let picture = shown.and_then(|shown| shown.put(ui, area, model.zoom)).unwrap_or(area);
+        if !picture_bar::gestures(ui, model, &response, area, picture) {
+            camera(ui, model, &response, picture.height(), now);
+        }
+        picture_bar::region(ui, model, picture);
         findings(ui, model, area);
         if let Some(text) = model.toast(now) {
             toast(ui, text, area);
@@ -145,15 +157,17 @@ fn status_line(ui: &mut Ui, model: &mut Model, shown: Option<&Shown>, status: &S
         if let Some(shown) = shown {
             let [width, height] = shown.full;
             let preview = if shown.preview { " (preview)" } else { "" };
-            parts.push(format!("{} / {} samples{preview}", shown.samples, shown.wanted));
+            let paused = if model.looking.paused { " (paused)" } else { "" };
+            parts.push(format!("{} / {} samples{preview}{paused}", shown.samples, shown.wanted));
             parts.push(format!("{:.1} s", shown.time.as_secs_f64()));
             parts.push(format!("{width} × {height}"));
         }
         parts.push(status.device.to_owned());
         if let Some(reload) = status.reload {
-            parts.push(format!("reloaded in {} ms", reload.as_millis()));
+            let anew = if status.rebuilt.is_empty() { "nothing" } else { status.rebuilt };
+            parts.push(format!("reloaded in {} ms, anew: {anew}", reload.as_millis()));
         }
-        ui.add(Label::new(parts.join("  ·  ")).truncate());
+        ui.add(Label::new(parts.join("  ·  ")).truncate()).on_hover_text(status.stages);
         if model.orbit.is_some() {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if ui.button("Reset view").on_hover_text("Back to the scene's camera (R)").clicked() {

@@ -152,7 +152,7 @@ impl Screen {
             .begin_render_pass(&wgpu::RenderPassDescriptor { color_attachments: &[Some(color)], ..Default::default() });
         let mut pass = pass.forget_lifetime();
         if let Some(place) = place {
-            self.blit.draw(&mut pass, place, screen.size_in_pixels);
+            self.blit.draw(&mut pass, place, screen.size_in_pixels, self.max_side());
         }
         self.egui.render(&mut pass, shapes, screen);
     }

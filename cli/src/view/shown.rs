@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use egui::{Rect, Ui};
+use egui::{Rect, Ui, Vec2};
 
 use super::blit::Place;
 use super::fit::fit;
+use super::picture::Zoom;
 use super::work::Picture;
 
 /// A picture on the screen.
@@ -25,12 +26,14 @@ pub struct Shown {
     pub load: u64,
     /// Where it was last drawn.
     pub place: Option<Place>,
+    /// Window pixels a pixel of the picture then.
+    scale: Option<f32>,
 }
 
 impl From<&Picture> for Shown {
     fn from(picture: &Picture) -> Shown {
         let &Picture { size, full, samples, wanted, time, load, .. } = picture;
-        Shown { full, preview: size != full, samples, wanted, time, load, place: None }
+        Shown { full, preview: size != full, samples, wanted, time, load, place: None, scale: None }
     }
 }
 
@@ -40,18 +43,28 @@ impl Shown {
         !self.preview && self.samples >= samples.min(self.wanted)
     }
 
-    /// Places the picture in the middle of `area`; gives its height in points.
-    pub fn put(&mut self, ui: &Ui, area: Rect) -> Option<f32> {
+    /// How large it is on the screen, where a pixel of the picture on one of the window is 100.
+    pub fn percent(&self) -> Option<f32> {
+        self.scale.map(|scale| scale * 100.0)
+    }
+
+    /// Places the picture in `area`, in its middle unless it is moved; gives where it lies, in points.
+    pub fn put(&mut self, ui: &Ui, area: Rect, zoom: Zoom) -> Option<Rect> {
         let scale = ui.pixels_per_point();
-        self.place = None;
-        let fit = fit(self.full, area.size().into())?;
-        let rect = Rect::from_center_size(area.center(), fit.size.into());
+        (self.place, self.scale) = (None, None);
+        let whole = fit(self.full, area.size().into())?;
+        let most = ui.input(|input| input.max_texture_side) as f32 / (whole.size[0].max(whole.size[1]) * scale);
+        let fit = whole.scaled(zoom.factor().min(most));
+        let middle = area.center() + Vec2::from(zoom.offset()) * whole.size[1];
+        let rect = Rect::from_center_size(middle, fit.size.into());
         // On whole pixels of the window, so that edges are sharp.
         let [left, top] = [rect.min.x, rect.min.y].map(|at| (at * scale).round());
         let [width, height] = fit.size.map(|side| (side * scale).floor());
         // A preview is blurred rather than blocky: its pixels are not those of the picture.
         let squares = fit.squares(scale) && !self.preview;
-        self.place = Some(Place { pixels: [left, top, width, height], squares });
-        Some(rect.height())
+        let clip = [area.min.x, area.min.y, area.max.x, area.max.y].map(|at| (at * scale).round());
+        self.place = Some(Place { pixels: [left, top, width, height], clip, squares });
+        self.scale = Some(fit.scale * scale);
+        Some(rect)
     }
 }

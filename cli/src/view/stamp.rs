@@ -11,8 +11,31 @@ use std::time::{Duration, Instant, SystemTime};
 const WRITING: Duration = Duration::from_millis(100);
 const RETRY: Duration = Duration::from_millis(10);
 
-/// Hashes of files by path; none where a file cannot be read.
-pub type Contents = BTreeMap<PathBuf, Option<u64>>;
+/// What is in files, by path.
+pub type Contents = BTreeMap<PathBuf, Content>;
+
+/// What is in a file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Content {
+    /// Its hash; none where it cannot be read.
+    hash: Option<u64>,
+    /// The file's date when that was found, if a later change must show in the date.
+    date: Option<Date>,
+}
+
+/// Two files with the same in them are the same, whatever their dates.
+impl PartialEq for Content {
+    fn eq(&self, other: &Content) -> bool {
+        self.hash == other.hash
+    }
+}
+
+/// Length, date of the last change, and which file it is.
+type Date = (u64, SystemTime, u64);
+
+/// Dates of files that were just written do not tell apart what is written next: clocks of file systems are coarse, some
+/// count in two seconds.
+const DATE_STEP: Duration = Duration::from_millis(2500);
 
 /// Reads all of `paths`. A file that is empty or unreadable and was not so in `before` gets a while to become better:
 /// some editors truncate a file and then write it, or remove it and then put another in its place.
@@ -23,14 +46,28 @@ pub fn contents(paths: &[PathBuf], before: &Contents) -> Contents {
 fn contents_within(patience: Duration, paths: &[PathBuf], before: &Contents) -> Contents {
     let patience = Instant::now() + patience;
     let read = |path: &PathBuf| loop {
+        let (old, date) = (before.get(path), date(path));
+        if let Some(old) = old.filter(|old| old.date.is_some() && old.date == date) {
+            return (path.clone(), *old);
+        }
         let (hash, empty) = hash(path);
-        let expected = before.get(path).is_some_and(|old| *old == hash);
+        let expected = old.is_some_and(|old| old.hash == hash);
         if !empty || expected || Instant::now() >= patience {
-            return (path.clone(), hash);
+            let settled = |date: &Date| SystemTime::now().duration_since(date.1).is_ok_and(|age| age > DATE_STEP);
+            return (path.clone(), Content { hash, date: date.filter(settled) });
         }
         std::thread::sleep(RETRY);
     };
     paths.iter().map(read).collect()
+}
+
+fn date(path: &Path) -> Option<Date> {
+    let data = std::fs::metadata(path).ok().filter(|data| data.is_file())?;
+    #[cfg(unix)]
+    let which = std::os::unix::fs::MetadataExt::ino(&data);
+    #[cfg(not(unix))]
+    let which = 0;
+    Some((data.len(), data.modified().ok()?, which))
 }
 
 /// The hash of what is in a file, and whether that is nothing.
@@ -75,12 +112,34 @@ mod tests {
         let paths = [folder.join("a"), folder.join("missing")];
         std::fs::write(&paths[0], "one").unwrap();
         let first = contents(&paths, &Contents::new());
-        assert!(first[&paths[0]].is_some() && first[&paths[1]].is_none());
+        assert!(first[&paths[0]].hash.is_some() && first[&paths[1]].hash.is_none());
         std::fs::write(&paths[0], "one").unwrap();
         assert_eq!(contents(&paths, &first), first);
         std::fs::write(&paths[0], "two").unwrap();
         assert_ne!(contents(&paths, &first), first);
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_was_not_touched_for_long_is_not_read_again() {
+        let path = std::env::temp_dir().join(format!("kinora-untouched-{}", std::process::id()));
+        let long_ago = SystemTime::now() - Duration::from_secs(100);
+        let write = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            std::fs::File::options().append(true).open(&path).unwrap().set_modified(long_ago).unwrap();
+        };
+        let paths = [path.clone()];
+        write("one");
+        let first = contents(&paths, &Contents::new());
+        assert!(first[&path].date.is_some());
+        // Nobody writes so that it does not show: this is how it is seen that the file was not read.
+        write("two");
+        assert_eq!(contents(&paths, &first), first);
+        std::fs::write(&path, "two").unwrap();
+        let second = contents(&paths, &first);
+        assert_ne!(second, first);
+        assert!(second[&path].date.is_none(), "it may be written again with the same date");
+        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The thread that reads the scene: once at the start, and again whenever a file that it was read from has changed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -50,6 +50,7 @@ impl Watch {
 
         let mut known = Contents::new();
         let mut change: Option<Instant> = None;
+        let mut bake = None;
         // Before there is a list, and where there is none: the scene itself.
         let mut files = vec![std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone())];
         loop {
@@ -58,6 +59,7 @@ impl Watch {
             let mut loaded = session::load(&self.path, &self.changes);
             if let Ok(loaded) = &mut loaded {
                 files.clone_from(&loaded.dependencies);
+                bake.clone_from(&loaded.bake);
                 #[cfg(feature = "physics")]
                 if !loaded.bake_to_show(&stale(&files)) {
                     change = Some(Instant::now());
@@ -70,7 +72,7 @@ impl Watch {
             }
             rewatch(&mut watcher, &files);
             let mut seen = dates(&files);
-            learn(&mut known, &files, date);
+            learn(&mut known, &files, date, bake.as_deref());
             change = loop {
                 let changed = wait(&events, &files, &mut seen, every);
                 rewatch(&mut watcher, &files);
@@ -98,14 +100,15 @@ fn stale(files: &[PathBuf]) -> impl Fn() -> bool {
 }
 
 /// Adds the files that were not known before the scene was read. What may have changed since `date`, the start of the
-/// reading, stays unknown, and so counts as changed.
-fn learn(known: &mut Contents, files: &[PathBuf], date: SystemTime) {
+/// reading, stays unknown, and so counts as changed; but for `bake`, which is written while the scene is read.
+fn learn(known: &mut Contents, files: &[PathBuf], date: SystemTime, bake: Option<&Path>) {
     let fresh = |path: &PathBuf| {
-        std::fs::metadata(path).and_then(|data| data.modified()).is_ok_and(|modified| modified >= date)
+        let changed = std::fs::metadata(path).and_then(|data| data.modified());
+        Some(&**path) != bake && changed.is_ok_and(|modified| modified >= date)
     };
-    known.retain(|path, _| files.contains(path));
+    known.retain(|path, _| files.contains(path) && Some(&**path) != bake);
     let new: Vec<PathBuf> = files.iter().filter(|path| !known.contains_key(*path)).cloned().collect();
-    for (path, hash) in contents(&new, &new.iter().map(|path| (path.clone(), None)).collect()) {
+    for (path, hash) in contents(&new, &new.iter().map(|path| (path.clone(), Default::default())).collect()) {
         if !fresh(&path) {
             known.insert(path, hash);
         }

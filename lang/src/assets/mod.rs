@@ -1,5 +1,6 @@
 //! Files that a scene names: meshes, read once each, checked, smoothed and fitted.
 
+pub mod cache;
 pub mod gltf;
 pub mod hdr;
 pub mod memory;
@@ -197,9 +198,7 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
         Ok(picture) => picture,
         Err(diagnostic) => return diagnostics.push(*diagnostic),
     };
-    let [width, height] = picture.size;
-    let is_light = |c: &f32| *c >= 0.0 && c.is_finite();
-    let bad = picture.rgb.as_chunks::<3>().0.iter().filter(|texel| !texel.iter().all(is_light)).count();
+    let (bad, image) = (picture.bad, picture.image.clone());
     if bad > 0 {
         let texels = if bad == 1 { "texel that is" } else { "texels that are" };
         let message = format!("`{}` has {bad} {texels} negative or not finite", request.path);
@@ -209,6 +208,42 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
                 .note("what is negative or not a number is taken as 0, what is infinite as the largest finite value"),
         );
     }
+    if let Some(image) = image {
+        sky.light = SkyLight::Map { image, rotation: request.rotation };
+    }
+}
+
+/// The picture of a sky.
+struct SkyPicture {
+    image: Option<Arc<Image>>,
+    /// Texels that are no light.
+    bad: usize,
+}
+
+fn picture(written: &str, files: &dyn Files, source: &Texts, span: Span) -> Result<Arc<SkyPicture>, Box<Diagnostic>> {
+    let file = source.id;
+    let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
+    cache::made(
+        files,
+        || format!("sky {written} {path}"),
+        |files| {
+            let bytes = files
+                .read(&path)
+                .map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;
+            let picture = hdr::read(&bytes).map_err(|error| {
+                let diagnostic = Diagnostic::new(error.code, format!("`{written}` {}", error.message));
+                let diagnostic = diagnostic.primary(file, span, "cannot be used");
+                Box::new(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) })
+            })?;
+            Ok(sky_picture(written, &picture))
+        },
+    )
+}
+
+fn sky_picture(written: &str, picture: &hdr::LightPicture) -> SkyPicture {
+    let [width, height] = picture.size;
+    let is_light = |c: &f32| *c >= 0.0 && c.is_finite();
+    let bad = picture.rgb.as_chunks::<3>().0.iter().filter(|texel| !texel.iter().all(is_light)).count();
     let largest = picture.rgb.iter().copied().filter(|c| c.is_finite()).fold(0.0, f32::max);
     let clean = |c: f32| match c {
         c if is_light(&c) => c,
@@ -216,21 +251,7 @@ pub fn load_sky(lowered: &mut Lowered, files: &dyn Files, source: &Texts, diagno
         _ => 0.0,
     };
     let texels = picture.rgb.as_chunks::<3>().0.iter().map(|&[r, g, b]| [clean(r), clean(g), clean(b), 1.0]).collect();
-    if let Some(image) = Image::new(request.path, width, height, Texels::Rgba32F(texels)) {
-        sky.light = SkyLight::Map { image: Arc::new(image), rotation: request.rotation };
-    }
-}
-
-fn picture(written: &str, files: &dyn Files, source: &Texts, span: Span) -> Result<hdr::LightPicture, Box<Diagnostic>> {
-    let file = source.id;
-    let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
-    let bytes =
-        files.read(&path).map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;
-    hdr::read(&bytes).map_err(|error| {
-        let diagnostic = Diagnostic::new(error.code, format!("`{written}` {}", error.message));
-        let diagnostic = diagnostic.primary(file, span, "cannot be used");
-        Box::new(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) })
-    })
+    SkyPicture { image: Image::new(written, width, height, Texels::Rgba32F(texels)).map(Arc::new), bad }
 }
 
 /// W0509.
@@ -273,14 +294,19 @@ fn load(
             .into());
     }
     let path = resolve(&source.source(span.start).name, written).map_err(|error| error.diagnostic(file, span))?;
-    let bytes =
-        files.read(&path).map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;
-    let nothing = |_: &str| Ok(Vec::new());
-    let library = beside(files, &path);
-    let library: &dyn Fn(&str) -> Result<Vec<u8>, String> = if request.own_materials { &library } else { &nothing };
-    let mut object = read_object(&path, &bytes, library).map_err(|error| fault(&path, error))?;
-    let mesh = std::mem::take(&mut object.mesh);
-    let mesh = finish(mesh, request.smooth, request.fit).map_err(|error| fault(&path, error))?;
+    let key = || format!("mesh {path} {:?} {:?} {}", request.smooth, request.fit, request.own_materials);
+    let made = cache::made(files, key, |files| -> Result<_, Box<Diagnostic>> {
+        let bytes =
+            files.read(&path).map_err(|error| diagnose(files, &error, (file, span), written, source.slice(span)))?;
+        let nothing = |_: &str| Ok(Vec::new());
+        let library = beside(files, &path);
+        let library: &dyn Fn(&str) -> Result<Vec<u8>, String> = if request.own_materials { &library } else { &nothing };
+        let mut object = read_object(&path, &bytes, library).map_err(|error| fault(&path, error))?;
+        let mesh = std::mem::take(&mut object.mesh);
+        let mesh = finish(mesh, request.smooth, request.fit).map_err(|error| fault(&path, error))?;
+        Ok((object, Arc::new(mesh)))
+    })?;
+    let (object, mesh) = &*made;
     let colored = !mesh.colors.is_empty();
     let mut parts = Vec::new();
     if request.own_materials && (colored || !object.materials.is_empty() || !object.missing.is_empty()) {
@@ -296,14 +322,14 @@ fn load(
             let said = material.and_then(|at| object.materials.get(at));
             let root = library.build(said);
             let name = said.map_or("plain", |said| said.name.as_str());
-            let part = if whole { mesh.clone() } else { shape::part(&mesh, &triangles, &path) };
-            parts.push((name.to_string(), Arc::new(part), first + root));
+            let part = if whole { mesh.clone() } else { Arc::new(shape::part(mesh, &triangles, &path)) };
+            parts.push((name.to_string(), part, first + root));
         }
-        for what in std::mem::take(&mut object.missing) {
-            library.warnings.add(what, "what it is about is matt and grey");
+        for what in &object.missing {
+            library.warnings.add(what.as_str(), "what it is about is matt and grey");
         }
         model::warn(&library.warnings, written, source, span, diagnostics);
         model::add_materials(scene, &library.made);
     }
-    Ok(Loaded { mesh: Arc::new(mesh), parts })
+    Ok(Loaded { mesh: mesh.clone(), parts })
 }

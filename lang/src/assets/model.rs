@@ -10,12 +10,13 @@ use kinora_scene::{
     Skin, Track, Way,
 };
 
+use super::cache::made;
 use super::gltf::{self, Clip, Faults, Lamp, LampKind, Model, Moved, Part, Projection, Rig, Warnings};
 use super::mtl::Library;
 use super::{AssetError, beside, finish, read_object, shape};
 use crate::diagnostic::Diagnostic;
 use crate::eval::limits;
-use crate::files::{Files, diagnose, resolve};
+use crate::files::{FileError, Files, diagnose, resolve};
 use crate::lower::{InnerRequest, InnerUse, Lowered, ModelRequest, shining};
 use crate::source::{Span, Texts};
 use crate::suggest::{all_of, suggest};
@@ -96,38 +97,35 @@ fn load(
         diagnostics.push(diagnostic);
         return None;
     }
-    let bytes = resolve(&source.source(span.start).name, written).and_then(|path| Ok((files.read(&path)?, path)));
-    let (bytes, path) = match bytes {
-        Ok(found) => found,
-        Err(error) => {
-            diagnostics.push(diagnose(files, &error, (file, span), written, source.slice(span)));
-            return None;
-        }
-    };
-    if is_mesh {
-        return match of_mesh(&path, &bytes, files) {
-            Ok(model) => {
-                warn(&model.warnings, written, source, span, diagnostics);
-                Some(Arc::new(model))
-            }
-            Err(error) => {
-                let message = match error.code {
-                    "E0803" => format!("`{path}`: {}", error.message),
-                    _ => format!("`{path}` {}", error.message),
-                };
-                let diagnostic = Diagnostic::new(error.code, message).primary(file, span, "cannot be used");
-                diagnostics.push(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) });
-                None
-            }
-        };
-    }
-    match gltf::read(&path, &bytes, files) {
+    let cannot_read = |error: FileError| Box::new(diagnose(files, &error, (file, span), written, source.slice(span)));
+    let model = resolve(&source.source(span.start).name, written).map_err(cannot_read).and_then(|path| {
+        made(
+            files,
+            || format!("model {path}"),
+            |files| {
+                let bytes = files.read(&path).map_err(cannot_read)?;
+                if !is_mesh {
+                    let faulty = |faults| Box::new(diagnostic(&faults, written, source, span));
+                    return gltf::read(&path, &bytes, files).map_err(faulty);
+                }
+                of_mesh(&path, &bytes, files).map_err(|error| {
+                    let message = match error.code {
+                        "E0803" => format!("`{path}`: {}", error.message),
+                        _ => format!("`{path}` {}", error.message),
+                    };
+                    let diagnostic = Diagnostic::new(error.code, message).primary(file, span, "cannot be used");
+                    Box::new(if error.help.is_empty() { diagnostic } else { diagnostic.help(error.help) })
+                })
+            },
+        )
+    });
+    match model {
         Ok(model) => {
             warn(&model.warnings, written, source, span, diagnostics);
-            Some(Arc::new(model))
+            Some(model)
         }
-        Err(faults) => {
-            diagnostics.push(diagnostic(&faults, written, source, span));
+        Err(diagnostic) => {
+            diagnostics.push(*diagnostic);
             None
         }
     }

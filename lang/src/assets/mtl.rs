@@ -9,6 +9,7 @@ use kinora_scene::{
     Texture, UvSet, Wrap,
 };
 
+use super::cache::made;
 use super::gltf::Warnings;
 use super::picture;
 use crate::files::{Files, resolve};
@@ -204,11 +205,17 @@ impl<'a> Library<'a> {
         }
         let read = || {
             let path = resolve(self.path, written).map_err(|error| error.message())?;
-            let bytes = self.files.read(&path).map_err(|error| error.message())?;
-            picture::read(&path, &bytes).map_err(|error| format!("`{path}` {}", error.message))
+            made(
+                self.files,
+                || format!("picture {path}"),
+                |files| {
+                    let bytes = files.read(&path).map_err(|error| error.message())?;
+                    picture::read(&path, &bytes).map_err(|error| format!("`{path}` {}", error.message))
+                },
+            )
         };
         let image = match read() {
-            Ok(image) => Some(Arc::new(image)),
+            Ok(image) => Some(image),
             Err(reason) => {
                 self.warnings.add(format!("a texture that cannot be used ({reason})"), "its material is without it");
                 None

@@ -8,6 +8,7 @@ use kinora_scene::{
     Channel, ColorSpace, Image, ImageTexture, Map, Paint, Point, Scene, Shape, Slot, Texels, Texture, UvSet,
 };
 
+use super::cache::made;
 use super::{AssetError, picture};
 use crate::builtin::texture as said;
 use crate::diagnostic::{Applicability, Diagnostic};
@@ -94,7 +95,7 @@ impl Loader<'_> {
             return known.clone();
         }
         let image = match self.read(&path, picture) {
-            Ok(image) => Some(Arc::new(image)),
+            Ok(image) => Some(image),
             Err(diagnostic) => {
                 self.diagnostics.push(*diagnostic);
                 None
@@ -104,17 +105,23 @@ impl Loader<'_> {
         image
     }
 
-    fn read(&self, path: &str, picture: &said::Picture) -> Result<Image, Box<Diagnostic>> {
+    fn read(&self, path: &str, picture: &said::Picture) -> Result<Arc<Image>, Box<Diagnostic>> {
         let (file, span) = (self.source.id, picture.span);
-        let bytes = self
-            .files
-            .read(path)
-            .map_err(|error| diagnose(self.files, &error, (file, span), &picture.file, self.source.slice(span)))?;
-        picture::read(path, &bytes).map_err(|AssetError { code, message, help }| {
-            let diagnostic = Diagnostic::new(code, format!("`{path}` {message}")).primary(file, span, "cannot be used");
-            let help = if help.is_empty() { "save it again: the file is damaged, or cut off" } else { help };
-            Box::new(diagnostic.help(help))
-        })
+        made(
+            self.files,
+            || format!("picture {path}"),
+            |files| {
+                let bytes = files
+                    .read(path)
+                    .map_err(|error| diagnose(files, &error, (file, span), &picture.file, self.source.slice(span)))?;
+                picture::read(path, &bytes).map_err(|AssetError { code, message, help }| {
+                    let diagnostic =
+                        Diagnostic::new(code, format!("`{path}` {message}")).primary(file, span, "cannot be used");
+                    let help = if help.is_empty() { "save it again: the file is damaged, or cut off" } else { help };
+                    Box::new(diagnostic.help(help))
+                })
+            },
+        )
     }
 
     /// W0809: a ratio that is read as if it were light.

@@ -189,7 +189,7 @@ pub struct Changes {
     /// The filter.
     pub tables: bool,
     pub camera: bool,
-    /// What else holds for the whole picture, such as its size or the depth of paths.
+    /// What else holds for the whole picture, such as the depth of paths; its size is free.
     pub settings: bool,
 }
 
@@ -482,7 +482,7 @@ fn of_params(before: &Params, after: &Params) -> Changes {
     let camera = |p: &Params| [p.camera_x, p.camera_y, p.camera_z, p.camera_eye, p.camera_film];
     let settings = |p: &Params| {
         let numbers = (p.sampler, p.max_bounces, p.roulette_from, p.features);
-        (p.sky, p.window, p.resolution, p.seed, numbers, p.light_chance, p.clamp)
+        (p.sky, p.seed, numbers, p.light_chance, p.clamp)
     };
     Changes {
         camera: camera(before) != camera(after),
