@@ -29,12 +29,12 @@ use kinora_kernel::generated::{
     OTHER_INSTANCE, PRIMITIVE_KIND, PRIMITIVE_OTHER, SAMPLER_RANDOM, SAMPLER_SOBOL, TABLE_ALBEDO,
 };
 use kinora_kernel::packed::{Shared, TooDeep};
-use kinora_kernel::{Packed, Params, Shape as PackedShape};
-use kinora_scene::{Background, Instance, LightKind, Mis, Projection, Sampler, Shape, SkyLight, World};
+use kinora_kernel::{Packed, Params};
+use kinora_scene::{Background, Copied, Instance, LightKind, Mis, Projection, Sampler, Shape, SkyLight, World};
 
 use crate::motion::Moved;
 use geometry::Geometry;
-use grow::{Grown, Plans, Stand};
+use grow::{Digest, Grown, Plans, Stand};
 use materials::Materials;
 
 /// Why a world cannot be traced.
@@ -157,6 +157,8 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
 pub(crate) struct Packer {
     plans: Plans,
     grown: Grown,
+    /// Where everything is.
+    places: Digest,
 }
 
 /// A world all but packed: what is left may take what the one before has.
@@ -166,6 +168,7 @@ pub(crate) struct Prepared<'a> {
     pub packed: Packed,
     main: Stand,
     parts: Vec<Stand>,
+    places: Digest,
     /// Where each shape goes until the next frame, if the world tells of it.
     pub moved: Option<Vec<Moved>>,
 }
@@ -255,7 +258,7 @@ impl Packer {
         let laid = lay(&mut geometry, world);
         self.plans = std::mem::take(&mut geometry.plans);
         let (packed, main, parts) = laid?;
-        Ok(Prepared { packer: self, packed, main, parts, moved: geometry.moved })
+        Ok(Prepared { packer: self, packed, main, parts, places: places_of(world), moved: geometry.moved })
     }
 }
 
@@ -265,12 +268,12 @@ impl Prepared<'_> {
     /// # Errors
     /// The tree is too deep; then nothing is left of `before`.
     pub fn finish(self, before: Option<Packed>) -> Result<(Packed, Changes), PackError> {
-        let Prepared { packer, mut packed, main, parts, .. } = self;
+        let Prepared { packer, mut packed, main, parts, places, .. } = self;
         let mut changes = Changes { meshes: packer.plans.made > 0, ..Changes::ALL };
         let trees = before.map(|before| {
             let Packed { params, tree, primitives, shapes, materials, lights, tables, words } = before;
             changes = Changes { meshes: changes.meshes, ..of_params(&params, &packed.params) };
-            changes.transforms = !same_places(&shapes, &packed.shapes);
+            changes.transforms = packer.places != places;
             changes.shapes = !same_bits(&shapes, &packed.shapes);
             changes.materials = !same_bits(&materials, &packed.materials);
             changes.lights = !same_bits(&lights, &packed.lights);
@@ -296,6 +299,7 @@ impl Prepared<'_> {
         let grown;
         ((packed.tree, packed.primitives), grown) = packer.grown.grow(main, parts, trees, &packed.shapes);
         changes.tree = grown;
+        packer.places = places;
         packed.check_depth().map_err(|TooDeep { depth }| PackError::TooDeep { depth })?;
         place_eye(&mut packed);
         Ok((packed, changes))
@@ -307,10 +311,20 @@ fn same_bits<T: bytemuck::NoUninit>(a: &[T], b: &[T]) -> bool {
     bytemuck::cast_slice::<T, u8>(a) == bytemuck::cast_slice::<T, u8>(b)
 }
 
-// Whether shapes are where they were.
-fn same_places(a: &[PackedShape], b: &[PackedShape]) -> bool {
-    let rows = |s: &PackedShape| [s.world_from_object_x, s.world_from_object_y, s.world_from_object_z];
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| rows(a) == rows(b))
+// Where all shapes and copies are.
+fn places_of(world: &World) -> Digest {
+    let mut digest = Digest::default();
+    let add = |digest: &mut Digest, instances: &[Instance], copies: &[Copied]| {
+        let of_copies = copies.iter().flat_map(|copied| &copied.places);
+        for place in instances.iter().map(|instance| &instance.world_from_object).chain(of_copies) {
+            digest.add(bytemuck::bytes_of(&place.to_cols_array()));
+        }
+    };
+    add(&mut digest, &world.instances, &world.copies);
+    for part in &world.parts {
+        add(&mut digest, &part.instances, &part.copies);
+    }
+    digest
 }
 
 // All arrays but the trees, and what those are over.
