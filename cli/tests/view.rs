@@ -6,6 +6,7 @@ mod display;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+use std::process::Command;
 use std::time::Duration;
 
 use display::display;
@@ -85,6 +86,145 @@ fn the_picture_follows_the_text() {
 }
 
 #[test]
+fn every_way_to_save_is_seen() {
+    let Some(display) = display("editors") else { return };
+    let path = display.file("scene.kin");
+    fs::write(&path, scene("#ff0000")).unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, RED);
+
+    // vim: a swap file beside, the old file becomes the backup, the text goes to a new file.
+    let (swap, backup) = (display.file(".scene.kin.swp"), display.file("scene.kin~"));
+    fs::write(&swap, "swap").unwrap();
+    fs::rename(&path, &backup).unwrap();
+    fs::write(&path, scene("#00ff00")).unwrap();
+    fs::remove_file(&backup).unwrap();
+    fs::remove_file(&swap).unwrap();
+    display.shows(&mut view, MIDDLE, GREEN);
+
+    // VS Code: the same file is written anew; with another setting, through a file beside.
+    fs::write(&path, scene("#0000ff")).unwrap();
+    display.shows(&mut view, MIDDLE, BLUE);
+    save_by_rename(&path, &scene("#ff0000"));
+    display.shows(&mut view, MIDDLE, RED);
+
+    let sed = Command::new("sed").args(["-i", "s/#ff0000/#00ff00/"]).arg(&path).status().unwrap();
+    assert!(sed.success());
+    display.shows(&mut view, MIDDLE, GREEN);
+
+    // In pieces, as over a slow network.
+    let text = scene("#0000ff");
+    let (first, second) = text.split_at(text.len() / 2);
+    fs::write(&path, first).unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(second.as_bytes()).unwrap();
+    display.shows(&mut view, MIDDLE, BLUE);
+}
+
+#[test]
+fn many_saves_end_in_the_last() {
+    let Some(display) = display("many") else { return };
+    let path = display.file("scene.kin");
+    fs::write(&path, scene("#ff0000")).unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, RED);
+    for i in 0..99 {
+        let text = if i % 7 == 3 { "sky {".into() } else { scene(&format!("#{:02x}{:02x}00", i, 200 - i)) };
+        match i % 3 {
+            0 => save_by_rename(&path, &text),
+            1 => fs::write(&path, &text).unwrap(),
+            _ => fs::File::create(&path).unwrap().write_all(text.as_bytes()).unwrap(),
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    fs::write(&path, scene("#0000ff")).unwrap();
+    display.shows(&mut view, MIDDLE, BLUE);
+    display.shows(&mut view, PANEL, BACKGROUND);
+}
+
+#[test]
+fn whatever_a_scene_uses_is_watched() {
+    let Some(display) = display("uses") else { return };
+    let (path, lib, picture) = (display.file("scene.kin"), display.file("lib.kin"), display.file("maps/tile.png"));
+    fs::create_dir(display.file("maps")).unwrap();
+    let tile = |color: [u8; 3]| {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header().unwrap().write_image_data(&color).unwrap();
+        bytes
+    };
+    fs::write(&picture, tile(RED)).unwrap();
+    let wall = |map: &str| {
+        format!(
+            "lang 1\nemitter wall {{ color: {map} }}\n\
+            prefab panel() {{ quad {{ position: (0, 0, 0), normal: (0, 0, 1), size: (9, 9), material: wall }} }}\n"
+        )
+    };
+    fs::write(&lib, wall("image(\"maps/tile.png\")")).unwrap();
+    let text = scene("#000000").replace("lang 1\n", "lang 1\nimport { panel } from \"lib.kin\"\n");
+    fs::write(&path, text + "panel { }\n").unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, RED);
+    // A picture.
+    save_by_rename(&picture, "");
+    display.shows(&mut view, PANEL, PANEL_COLOR);
+    fs::write(&picture, tile(GREEN)).unwrap();
+    display.shows(&mut view, MIDDLE, GREEN);
+    display.shows(&mut view, PANEL, BACKGROUND);
+    // An import.
+    fs::write(&lib, wall("#0000ff")).unwrap();
+    display.shows(&mut view, MIDDLE, BLUE);
+    // The picture matters no more, and then it does again.
+    fs::write(&picture, tile(RED)).unwrap();
+    fs::write(&lib, wall("image(\"maps/tile.png\")")).unwrap();
+    display.shows(&mut view, MIDDLE, RED);
+}
+
+#[test]
+fn only_what_changed_is_made_anew() {
+    let Some(display) = display("anew") else { return };
+    let path = display.file("scene.kin");
+    let text = |color: &str, x: f64, eye: f64| {
+        format!(
+            "lang 1\nrender {{ resolution: (32, 32), samples: 2, tonemap: none }}\n\
+            camera {{ position: (0, 0, {eye}), look_at: (0, 0, 0) }}\nsky {{ color: #ffffff }}\n\
+            sphere ball {{ position: ({x}, 0, 0), material: emitter {{ color: {color} }} }}\n\
+            sphere {{ position: (5, 0, 0), material: diffuse {{ color: {color} }} }}\n"
+        )
+    };
+    fs::write(&path, text("#ff0000", 0.0, 5.0)).unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, RED);
+    let mut edit = |text: String, expected: &[&str]| {
+        save_by_rename(&path, &text);
+        let reload = view.good_reload();
+        assert_eq!(reload["rebuilt"], serde_json::json!(expected), "{reload}");
+        let stages = reload["stages"].as_object().unwrap();
+        assert!(stages.values().all(|ms| ms.as_f64() >= Some(0.0)), "{reload}");
+    };
+    edit(text("#ff0000", 0.0, 6.0), &["camera"]);
+    edit(text("#ff0000", 0.5, 6.0), &["tree", "transforms", "lights"]);
+    edit(text("#ff0000", 0.5, 6.0).replace("samples: 2", "samples: 3"), &[]);
+    edit(text("#ff0000", 0.5, 6.0).replace("diffuse { color: #ff0000", "diffuse { color: #00ff00"), &["materials"]);
+    edit(text("#ff0000", 0.5, 6.0).replace("diffuse { color: #ff0000", "diffuse { color: #0000ff"), &["materials"]);
+}
+
+#[test]
+fn a_window_closes_while_it_renders() {
+    let Some(display) = display("close") else { return };
+    let path = display.file("scene.kin");
+    let text = scene("#ff0000").replace("(64, 64), samples: 4", "(1600, 1200), samples: 100000");
+    fs::write(&path, text + "sphere { position: (9, 0, 0), material: dielectric { ior: 1.5 } }\n").unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, RED);
+    let (time, well) = display.close(view);
+    assert!(well, "it does not end well");
+    // A second, on a machine that does nothing else.
+    assert!(time < Duration::from_secs(5), "{time:?}");
+}
+
+#[test]
 fn a_faulty_scene_waits_for_better_times() {
     let Some(display) = display("missing") else { return };
     let path = display.file("scene.kin");
@@ -128,7 +268,7 @@ fn the_window_can_be_photographed() {
 fn without_a_display_there_is_a_message() {
     let path = std::env::temp_dir().join(format!("kinora-nowhere-{}.kin", std::process::id()));
     fs::write(&path, scene("#ff0000")).unwrap();
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_kinora"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kinora"));
     command.arg("view").arg(&path).args(["--backend", "cpu"]);
     let output =
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").output().unwrap();

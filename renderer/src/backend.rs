@@ -51,6 +51,9 @@ pub trait Backend: Send {
         self.upload(packed)
     }
 
+    /// Whether a core of the host is to be left to others from the next pass on, if there are several. It changes no bit.
+    fn leave_core(&mut self, _leave: bool) {}
+
     /// Lets go of arrays in the host's memory, so that they can be changed where they lie. What is called next is `update`.
     fn release(&mut self) {}
 

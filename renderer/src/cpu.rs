@@ -21,6 +21,9 @@ const MOST_PATHS: usize = 1 << 16;
 /// The CPU of this machine.
 pub struct Cpu {
     pool: rayon::ThreadPool,
+    /// One thread less, for when a core is to be left to others.
+    smaller: Option<rayon::ThreadPool>,
+    leaves: bool,
     packed: Option<Arc<Packed>>,
     width: Width,
 }
@@ -31,11 +34,7 @@ impl Cpu {
     /// # Errors
     /// The system gives no threads.
     pub fn new(threads: usize) -> Result<Self, BackendError> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|error| BackendError::Threads(error.to_string()))?;
-        Ok(Self { pool, packed: None, width: Width::best() })
+        Ok(Self { pool: pool(threads)?, smaller: None, leaves: false, packed: None, width: Width::best() })
     }
 
     /// Shades so many paths at once, for comparison: it changes the speed and nothing else.
@@ -43,6 +42,11 @@ impl Cpu {
     pub fn with_width(self, width: Width) -> Self {
         Self { width, ..self }
     }
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool, BackendError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| BackendError::Threads(error.to_string()))
 }
 
 impl Backend for Cpu {
@@ -58,6 +62,15 @@ impl Backend for Cpu {
     fn upload(&mut self, packed: Arc<Packed>) -> Result<(), BackendError> {
         self.packed = Some(packed);
         Ok(())
+    }
+
+    fn leave_core(&mut self, leave: bool) {
+        let threads = self.pool.current_num_threads();
+        self.leaves = leave && threads > 1;
+        if self.leaves && self.smaller.is_none() {
+            // Without it, the work goes on as before.
+            self.smaller = pool(threads - 1).ok();
+        }
     }
 
     fn release(&mut self) {
@@ -162,7 +175,8 @@ impl Cpu {
         let (sender, finished) = std::sync::mpsc::channel();
         // The work runs in the pool, the caller's thread collects it and stays free to say stop.
         std::thread::scope(|scope| {
-            let (pool, parts, stop, work) = (&self.pool, &parts, &stop, &work);
+            let pool = self.smaller.as_ref().filter(|_| self.leaves).unwrap_or(&self.pool);
+            let (parts, stop, work) = (&parts, &stop, &work);
             scope.spawn(move || {
                 pool.install(|| {
                     parts.par_iter().with_max_len(1).for_each_with(sender, |sender, &part| {

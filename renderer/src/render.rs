@@ -157,6 +157,11 @@ impl Renderer {
         &*self.backend
     }
 
+    /// Whether a core is to be left to others from the next pass on: see [`Backend::leave_core`].
+    pub fn leave_core(&mut self, leave: bool) {
+        self.backend.leave_core(leave);
+    }
+
     /// How long the last [`Renderer::load`] took.
     pub fn build_time(&self) -> Duration {
         self.build

@@ -213,6 +213,11 @@ fn findings(loaded: &Result<Loaded, String>) -> Findings {
     Findings { text: texts.join("\n\n"), errors: errors.len(), warnings: warnings.len() }
 }
 
+fn is_by_hand(event: &WindowEvent) -> bool {
+    use WindowEvent::{CursorMoved, KeyboardInput, MouseInput, MouseWheel, Touch};
+    matches!(event, CursorMoved { .. } | KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. } | Touch(_))
+}
+
 impl ApplicationHandler<Wake> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.open.is_some() {
@@ -246,6 +251,9 @@ impl ApplicationHandler<Wake> for App {
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
         let response = open.input.on_window_event(&open.window, &event);
+        if is_by_hand(&event) {
+            self.desk.touch();
+        }
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
             WindowEvent::Resized(size) => open.screen.resize(size.width, size.height),

@@ -78,12 +78,7 @@ pub struct Args {
 /// # Errors
 /// There is no display, no device that can draw a window, or no such backend.
 pub fn run(args: &Args) -> Outcome {
-    let mut picture = args.picture.clone();
-    if picture.threads == 0 {
-        // One core is left to the window.
-        picture.threads = thread::available_parallelism().map_or(1, |cores| cores.get().saturating_sub(1).max(1));
-    }
-    let backend = picture.open().map_err(|error| error.to_string())?;
+    let backend = args.picture.open().map_err(|error| error.to_string())?;
     let events = EventLoop::<Wake>::with_user_event().build().map_err(no_window)?;
 
     let name = args.scene.file.file_name().unwrap_or(args.scene.file.as_os_str()).to_string_lossy().into_owned();

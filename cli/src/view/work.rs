@@ -1,7 +1,7 @@
 //! The thread that renders: it takes the newest job, shows something soon and then something better, and drops it as
 //! soon as there is a newer one.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use kinora_renderer::{Backend, Changes, Film, Renderer, Request, Window, develop};
@@ -86,6 +86,22 @@ pub struct Desk {
     pub jobs: Slot<Job>,
     /// From the thread.
     pub results: Slot<Result<Picture, Failure>>,
+    /// When the window was used last.
+    used: Mutex<Option<Instant>>,
+}
+
+/// For so long after the last move of the hand a core is left to the window.
+const IN_USE: Duration = Duration::from_secs(2);
+
+impl Desk {
+    /// The window is in use.
+    pub fn touch(&self) {
+        *self.used.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+    }
+
+    fn in_use(&self) -> bool {
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).is_some_and(|used| used.elapsed() < IN_USE)
+    }
 }
 
 /// Works until `desk.jobs` is closed; `wake` tells of every result.
@@ -245,6 +261,7 @@ impl Worker<'_> {
             let jobs = &self.desk.jobs;
             let go_on = |_: f64| if first { !jobs.closed() } else { !jobs.calls() };
             let begun = Instant::now();
+            self.renderer.leave_core(current.job.moving || self.desk.in_use());
             if !self.renderer.trace_pass(&mut current.film, end, &go_on).map_err(said)? {
                 return Ok(false);
             }

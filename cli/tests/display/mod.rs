@@ -1,5 +1,7 @@
 //! An X display without a screen, and the viewer upon it.
 
+mod close;
+
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -83,6 +85,18 @@ impl Display {
         // Byte order 0: the least significant byte, blue, comes first.
         assert_eq!(word(7), 0, "byte order");
         [bytes[at + 2], bytes[at + 1], bytes[at]]
+    }
+
+    /// Closes the viewer's window; gives how long the program stays after that, and whether it ends well.
+    pub fn close(&self, mut view: View) -> (Duration, bool) {
+        close::close_windows(&self.name);
+        let start = Instant::now();
+        let mut ended = None;
+        eventually(|| {
+            ended = view.child.try_wait().unwrap();
+            ended.is_some()
+        });
+        (start.elapsed(), ended.is_some_and(|ended| ended.success()))
     }
 
     /// Waits until the pixel at (x, y) is `color`.

@@ -186,6 +186,7 @@ pub struct Changes {
     /// What else shapes have: their materials and lights.
     pub shapes: bool,
     pub materials: bool,
+    /// Also how bright the sky is.
     pub lights: bool,
     /// Texels, what vertices have, and the sky's map.
     pub textures: bool,
@@ -276,7 +277,8 @@ impl Prepared<'_> {
             changes.transforms = packer.places != places;
             changes.shapes = !same_bits(&shapes, &packed.shapes);
             changes.materials = !same_bits(&materials, &packed.materials);
-            changes.lights = !same_bits(&lights, &packed.lights);
+            let same_lights = same_bits(&lights, &packed.lights);
+            changes.lights |= !same_lights;
             changes.textures = *words != *packed.words;
             changes.tables = *tables != *packed.tables;
             if !changes.shapes {
@@ -285,7 +287,7 @@ impl Prepared<'_> {
             if !changes.materials {
                 packed.materials = materials;
             }
-            if !changes.lights {
+            if same_lights {
                 packed.lights = lights;
             }
             if !changes.textures {
@@ -496,10 +498,11 @@ fn of_params(before: &Params, after: &Params) -> Changes {
     let camera = |p: &Params| [p.camera_x, p.camera_y, p.camera_z, p.camera_eye, p.camera_film];
     let settings = |p: &Params| {
         let numbers = (p.sampler, p.max_bounces, p.roulette_from, p.features);
-        (p.sky, p.seed, numbers, p.light_chance, p.clamp)
+        (p.seed, numbers, p.light_chance, p.clamp)
     };
     Changes {
         camera: camera(before) != camera(after),
+        lights: before.sky != after.sky,
         settings: settings(before) != settings(after),
         ..Changes::default()
     }
