@@ -14,7 +14,7 @@ use display::display;
 /// The middle of the picture.
 const MIDDLE: (usize, usize) = (560, 420);
 /// Where the errors stand: the corner of their panel, left of its text.
-const PANEL: (usize, usize) = (18, 30);
+const PANEL: (usize, usize) = (18, 54);
 const PANEL_COLOR: [u8; 3] = [34, 22, 22];
 const BACKGROUND: [u8; 3] = [24, 24, 24];
 

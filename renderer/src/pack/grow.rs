@@ -358,6 +358,7 @@ mod tests {
                 shape: Shape::Mesh(rings[0].clone()),
                 world_from_object: at(0.0, 1.0, 0.0),
                 next: None,
+                next_mesh: None,
                 material: 0,
             }],
             ..Part::default()
