@@ -261,7 +261,8 @@ fn the_window_can_be_photographed() {
     let info = reader.next_frame(&mut pixels).unwrap();
     let at = (MIDDLE.1 * info.width as usize + MIDDLE.0) * 3;
     assert_eq!(pixels[at..at + 3], RED);
-    assert_eq!(pixels[PANEL.0 * 3..PANEL.0 * 3 + 3], BACKGROUND);
+    let beside = (PANEL.1 * info.width as usize + PANEL.0) * 3;
+    assert_eq!(pixels[beside..beside + 3], BACKGROUND);
 }
 
 #[test]
