@@ -17,8 +17,10 @@ use super::geometry::Triangles;
 
 /// Meshes of so many triangles have a branch to themselves.
 const BRANCH_FROM: usize = 1024;
-/// Worlds for which a plan is kept that none of them needs: the moments of a picture, and what a camera sees again.
-const KEPT_FOR: u32 = 4;
+/// Worlds for which a plan is kept that none of them needs: a picture has several moments, and each is a world.
+const KEPT_FOR: u32 = 64;
+/// Triangles of all plans that are kept so.
+const KEPT_TRIANGLES: usize = 2_000_000;
 
 /// What is found once of a mesh.
 pub struct Planned {
@@ -40,9 +42,13 @@ impl Plans {
     /// Another world: what many worlds did not need goes.
     pub fn begin(&mut self) {
         self.made = 0;
-        self.all.retain_mut(|(_, idle)| {
+        self.all.sort_by_key(|(_, idle)| *idle);
+        let mut triangles = 0;
+        self.all.retain_mut(|(planned, idle)| {
             *idle += 1;
-            *idle <= KEPT_FOR
+            triangles += planned.mesh.triangles.len();
+            // What the last world needed stays in any case.
+            *idle == 1 || (*idle <= KEPT_FOR && triangles <= KEPT_TRIANGLES)
         });
     }
 

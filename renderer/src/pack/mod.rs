@@ -36,6 +36,7 @@ use crate::motion::Moved;
 use geometry::Geometry;
 use grow::{Digest, Grown, Plans, Stand};
 use materials::Materials;
+use textures::Means;
 
 /// Why a world cannot be traced.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -156,6 +157,7 @@ pub fn pack(world: &World) -> Result<Packed, PackError> {
 #[derive(Default)]
 pub(crate) struct Packer {
     plans: Plans,
+    means: Means,
     grown: Grown,
     /// Where everything is.
     places: Digest,
@@ -256,7 +258,9 @@ impl Packer {
     pub fn prepare(&mut self, world: &World) -> Result<Prepared<'_>, PackError> {
         self.plans.begin();
         let mut geometry = Geometry { plans: std::mem::take(&mut self.plans), ..Geometry::default() };
-        let laid = lay(&mut geometry, world);
+        self.means.begin();
+        geometry.textures.means = std::mem::take(&mut self.means);
+        let laid = lay(&mut geometry, world, &mut self.means);
         self.plans = std::mem::take(&mut geometry.plans);
         let (packed, main, parts) = laid?;
         Ok(Prepared { packer: self, packed, main, parts, places: places_of(world), moved: geometry.moved })
@@ -330,7 +334,7 @@ fn places_of(world: &World) -> Digest {
 }
 
 // All arrays but the trees, and what those are over.
-fn lay(geometry: &mut Geometry, world: &World) -> Result<(Packed, Stand, Vec<Stand>), PackError> {
+fn lay(geometry: &mut Geometry, world: &World, means: &mut Means) -> Result<(Packed, Stand, Vec<Stand>), PackError> {
     let Materials { records, reads, shines } = materials::pack(&world.materials, &mut geometry.textures)?;
     (geometry.materials, geometry.reads, geometry.shines) = (records, reads, shines);
     geometry.moved = world.next.as_ref().map(|_| Vec::new());
@@ -360,8 +364,9 @@ fn lay(geometry: &mut Geometry, world: &World) -> Result<(Packed, Stand, Vec<Sta
     let near_count = lights::choose_by_power(&mut geometry.lights);
     // What textures read stands first, since place 0 stands for nothing and their tables have fixed places.
     let texture_features = geometry.textures.features;
-    let (counts, textures) =
-        ((geometry.materials.len(), geometry.shapes.len()), std::mem::take(&mut geometry.textures));
+    let counts = (geometry.materials.len(), geometry.shapes.len());
+    let mut textures = std::mem::take(&mut geometry.textures);
+    *means = std::mem::take(&mut textures.means);
     let (mut words, places) = textures.finish(counts.0, counts.1)?;
     let needed = words.len() + geometry.lights.len() * tree::PAIR;
     let many = geometry.lights.len() >= tree::TREE_FROM;

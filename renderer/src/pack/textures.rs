@@ -32,6 +32,8 @@ pub struct Textures {
     images: HashMap<ImageKey, Vec<(Arc<Image>, u32)>>,
     textures: HashMap<*const Texture, (Arc<Texture>, u32)>,
     averages: HashMap<*const Texture, Vec4>,
+    /// Of whole pictures, also of the world before.
+    pub means: Means,
     /// One of each of the materials' records that have any.
     maps: Vec<Maps>,
     /// The places of the rows that lead to the own spaces of shapes, by shape.
@@ -47,10 +49,40 @@ impl Default for Textures {
             images: HashMap::new(),
             textures: HashMap::new(),
             averages: HashMap::new(),
+            means: Means::default(),
             maps: Vec::new(),
             locals: Vec::new(),
             features: 0,
         }
+    }
+}
+
+/// The means of pictures, which are found once as long as they are used.
+#[derive(Default)]
+pub struct Means(Vec<Mean>);
+
+struct Mean {
+    image: Arc<Image>,
+    space: ColorSpace,
+    value: Vec4,
+    used: bool,
+}
+
+impl Means {
+    /// Another world: what the one before did not use goes.
+    pub fn begin(&mut self) {
+        self.0.retain_mut(|mean| std::mem::take(&mut mean.used));
+    }
+
+    fn of(&mut self, image: &Arc<Image>, space: ColorSpace) -> Vec4 {
+        let known = self.0.iter_mut().find(|mean| Arc::ptr_eq(&mean.image, image) && mean.space == space);
+        if let Some(mean) = known {
+            mean.used = true;
+            return mean.value;
+        }
+        let value = average_texel(image, space);
+        self.0.push(Mean { image: image.clone(), space, value, used: true });
+        value
     }
 }
 
@@ -207,7 +239,7 @@ impl Textures {
         }
         let average = match &**texture {
             _ if depth > MAX_TEXTURES => Vec4::ONE,
-            Texture::Image(image) => with_channel(average_texel(&image.image, image.space), image.channel),
+            Texture::Image(image) => with_channel(self.means.of(&image.image, image.space), image.channel),
             Texture::Checker { a, b, .. } => {
                 let mut of = |paint: &Paint| match paint {
                     Paint::Color(color) => *color,
