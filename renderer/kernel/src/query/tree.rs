@@ -110,8 +110,7 @@ impl Tree {
     pub fn add_part(&mut self, part: Tree, first: u32, count: u32) {
         let Tree { mut nodes, mut rows, root, reach, .. } = part;
         let begin @ [node, row, _] = [self.nodes.len() as u32, self.rows.len() as u32, first];
-        let root = root.map(|root| moved(root, [0; 3], begin));
-        relocate(&mut nodes, &mut rows, [0; 3], begin);
+        let root = relocate((root, &mut nodes, &mut rows), [0; 3], begin);
         self.nodes.append(&mut nodes);
         self.rows.append(&mut rows);
         self.parts.push(Part { first, count, node, row, root, reach });
@@ -124,10 +123,9 @@ impl Tree {
         let mut trees = Vec::with_capacity(self.parts.len());
         while let Some(Part { first, node, row, root, reach, .. }) = self.parts.pop() {
             let begin = [node, row, first];
-            let root = root.map(|root| moved(root, begin, [0; 3]));
             let mut nodes = self.nodes.split_off(self.nodes.len().min(node as usize));
             let mut rows = self.rows.split_off(self.rows.len().min(row as usize));
-            relocate(&mut nodes, &mut rows, begin, [0; 3]);
+            let root = relocate((root, &mut nodes, &mut rows), begin, [0; 3]);
             let own = primitives.split_off(primitives.len().min(first as usize));
             trees.push((Tree { nodes, rows, root, reach, ..Tree::default() }, own));
         }
@@ -159,21 +157,24 @@ fn moved(item: u32, from: Begin, to: Begin) -> u32 {
     item & ITEM_KIND | (item & !ITEM_KIND) - from[axis] + to[axis]
 }
 
-/// Has a tree without instances begin elsewhere.
-fn relocate(nodes: &mut [Node], rows: &mut [Row], from: Begin, to: Begin) {
-    for node in nodes {
-        for item in &mut node.items {
-            if *item & ITEM_KIND != ITEM_NODE && *item != NO_ITEM {
-                let last = ((*item & !ITEM_KIND) - from[1]) as usize + super::build::rows_of(*item) - 1;
-                if let Some(ids) = rows.get_mut(last) {
-                    let id = |id: f32| match id.to_bits() {
-                        NONE => NONE,
-                        id => id - from[2] + to[2],
-                    };
-                    *ids = Row::from_bits(ids.0.map(id));
-                }
+/// Has a tree without instances begin elsewhere; gives its root there.
+fn relocate((root, nodes, rows): (Option<u32>, &mut [Node], &mut [Row]), from: Begin, to: Begin) -> Option<u32> {
+    let mut place = |item: u32| {
+        if item & ITEM_KIND != ITEM_NODE && item != NO_ITEM {
+            let last = ((item & !ITEM_KIND) - from[1]) as usize + super::build::rows_of(item) - 1;
+            if let Some(ids) = rows.get_mut(last) {
+                let id = |id: f32| match id.to_bits() {
+                    NONE => NONE,
+                    id => id - from[2] + to[2],
+                };
+                *ids = Row::from_bits(ids.0.map(id));
             }
-            *item = moved(*item, from, to);
         }
+        moved(item, from, to)
+    };
+    for node in nodes {
+        node.items = node.items.map(&mut place);
     }
+    // A root that is a leaf is in no node.
+    root.map(|root| if root & ITEM_KIND == ITEM_NODE { moved(root, from, to) } else { place(root) })
 }
