@@ -164,8 +164,8 @@ fn status_line(ui: &mut Ui, model: &mut Model, shown: Option<&Shown>, status: &S
         }
         parts.push(status.device.to_owned());
         if let Some(reload) = status.reload {
-            let anew = if status.rebuilt.is_empty() { "nothing" } else { status.rebuilt };
-            parts.push(format!("reloaded in {} ms, anew: {anew}", reload.as_millis()));
+            let anew = if status.rebuilt.is_empty() { "" } else { ", anew: " };
+            parts.push(format!("reloaded in {} ms{anew}{}", reload.as_millis(), status.rebuilt));
         }
         ui.add(Label::new(parts.join("  ·  ")).truncate()).on_hover_text(status.stages);
         if model.orbit.is_some() {

@@ -76,6 +76,7 @@ impl Reloads {
         errors: usize,
     ) -> Vec<Reload> {
         self.last = Some(took);
+        (self.anew, self.steps) = Default::default();
         let mut lines: Vec<Reload> = self.give_up(0).into_iter().collect();
         let [parse_ms, evaluate_ms] = [0, 1].map(|i| times.map(|times| milliseconds(times[i])));
         let stages = Stages { parse_ms, evaluate_ms, ..Stages::default() };
@@ -96,7 +97,7 @@ impl Reloads {
         let rebuilt = making.anew.names();
         let times = [making.sample, making.build, making.trace].map(|time| Some(milliseconds(time)));
         [pending.stages.sample_ms, pending.stages.build_ms, pending.stages.trace_ms] = times;
-        self.anew = rebuilt.join(", ");
+        self.anew = if rebuilt.is_empty() { "nothing".into() } else { rebuilt.join(", ") };
         pending.rebuilt = Some(rebuilt);
         let stages = &pending.stages;
         let named = [
