@@ -154,7 +154,7 @@ fn moved(item: u32, from: Begin, to: Begin) -> u32 {
         ITEM_NODE => 0,
         _ => 1,
     };
-    item & ITEM_KIND | (item & !ITEM_KIND) - from[axis] + to[axis]
+    item & ITEM_KIND | ((item & !ITEM_KIND) - from[axis] + to[axis])
 }
 
 /// Has a tree without instances begin elsewhere; gives its root there.
