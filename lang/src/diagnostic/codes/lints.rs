@@ -11,15 +11,6 @@ pub(super) const ROWS: &[Row] = &[
         good: scene!("sphere ball { rigid_body { mass: 2kg } }"),
     },
     Row {
-        code: "E0902",
-        title: "a body without an inside",
-        text: "A dynamic body needs a volume: where it is has to be told from where it is not, and its mass has to be \
-            somewhere. Triangles have no inside, a flat mesh has none, and a plane has no end. Their bodies can be \
-            `fixed`, or get the hull about them.",
-        bad: scene!("plane ground { rigid_body { } }"),
-        good: scene!("plane ground { rigid_body { kind: fixed } }"),
-    },
-    Row {
         code: "W0901",
         title: "a deprecated name",
         text: "The name still means what it meant, but the next version of the language will not know it.",
@@ -31,6 +22,15 @@ sphere ball { material: gold }"#
             r#"metal gold { color: #ffd700 }
 sphere ball { material: gold }"#
         ),
+    },
+    Row {
+        code: "E0902",
+        title: "a body without an inside",
+        text: "A dynamic body needs a volume: where it is has to be told from where it is not, and its mass has to be \
+            somewhere. Triangles have no inside, a flat mesh has none, and a plane has no end. Their bodies can be \
+            `fixed`, or get the hull about them.",
+        bad: scene!("plane ground { rigid_body { } }"),
+        good: scene!("plane ground { rigid_body { kind: fixed } }"),
     },
     Row {
         code: "W0902",
