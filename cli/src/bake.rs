@@ -31,6 +31,8 @@ pub struct Baking<'a> {
     pub quiet: bool,
     /// The exit code to end with, if the work is to stop.
     pub stop: &'a dyn Fn() -> Option<u8>,
+    /// Hears of each step.
+    pub told: &'a dyn Fn(&Progress<'_>),
 }
 
 /// What became of a bake.
@@ -81,8 +83,9 @@ impl Loaded {
         let bar = Bar::new(how.quiet);
         let stopped = Cell::new(None);
         let (mut kept, mut pause, mut keeping) = (Instant::now(), KEEP, None);
-        let mut watch = |progress: Progress| {
-            bar.at(progress);
+        let mut watch = |progress: Progress<'_>| {
+            bar.at(&progress);
+            (how.told)(&progress);
             if let Some(begun) = keeping.take() {
                 let took: Duration = Instant::elapsed(&begun);
                 (kept, pause) = (Instant::now(), KEEP.max(took * KEEP_SHARE));
@@ -114,9 +117,10 @@ impl Loaded {
     }
 
     /// As [`Loaded::bake`], for a window: a fault is one of the scene's findings. False if it was stopped, as `stale` says.
+    /// `told` hears of each step.
     #[cfg(feature = "viewer")]
-    pub fn bake_to_show(&mut self, stale: &dyn Fn() -> bool) -> bool {
-        match self.bake(&Baking { quiet: true, stop: &|| stale().then_some(exit::STOPPED) }) {
+    pub fn bake_to_show(&mut self, stale: &dyn Fn() -> bool, told: &dyn Fn(&Progress<'_>)) -> bool {
+        match self.bake(&Baking { quiet: true, stop: &|| stale().then_some(exit::STOPPED), told }) {
             Ok(_) => true,
             Err(End::Found(found)) => {
                 self.scene = None;
@@ -296,7 +300,7 @@ impl Bar {
         Bar(Some(bar))
     }
 
-    fn at(&self, progress: Progress) {
+    fn at(&self, progress: &Progress<'_>) {
         let Some(bar) = &self.0 else { return };
         if bar.length().is_none() {
             bar.set_length(progress.steps);

@@ -15,10 +15,63 @@ const RECENT: usize = 12;
 /// A share of a picture that says something about the rest.
 const TELLING: f64 = 0.02;
 
-/// The lines that show the work, or nothing.
-pub struct Progress(Option<Lines>);
+/// How progress is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Told {
+    /// As lines on stderr where someone watches
+    #[default]
+    Auto,
+    /// As lines of JSON on stdout, for programs: `progress` (0 to 1), and of films `frame` (those done) and `frames`
+    Json,
+}
 
-struct Lines {
+/// Lines of JSON are not told more often.
+const TELL_EVERY: Duration = Duration::from_millis(100);
+
+/// The lines that show the work, or nothing.
+pub enum Progress {
+    /// To nobody.
+    Silent,
+    /// To people.
+    Lines(Box<Lines>),
+    /// To programs.
+    Json(Json),
+}
+
+/// What was told to a program, and when.
+pub struct Json {
+    frames: Option<usize>,
+    done: Cell<usize>,
+    told: Cell<Option<Instant>>,
+}
+
+/// A line for a program.
+#[derive(serde::Serialize)]
+struct Line {
+    progress: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<usize>,
+}
+
+impl Json {
+    /// `done`: of the picture in work. What is `due` is told however short ago the last line was.
+    fn tell(&self, done: f64, due: bool) {
+        if !due && self.told.get().is_some_and(|told| told.elapsed() < TELL_EVERY) {
+            return;
+        }
+        self.told.set(Some(Instant::now()));
+        let whole = self.frames.map_or(1.0, |frames| frames.max(1) as f64);
+        let progress = ((self.done.get() as f64 + done) / whole).clamp(0.0, 1.0);
+        let line = Line { progress, frame: self.frames.map(|_| self.done.get()), frames: self.frames };
+        // Whoever listened and is gone is no reason to stop.
+        let _ = terminal::out(&(serde_json::to_string(&line).unwrap_or_default() + "\n"));
+    }
+}
+
+/// Bars and what they show.
+pub struct Lines {
     whole: Option<Whole>,
     picture: ProgressBar,
     samples: Cell<u32>,
@@ -35,9 +88,12 @@ struct Whole {
 
 impl Progress {
     /// Lines on stderr where someone watches: one for the samples, above it one for the frames if there are several.
-    pub fn new(quiet: bool, frames: Option<usize>) -> Progress {
+    pub fn new(quiet: bool, told: Told, frames: Option<usize>) -> Progress {
+        if told == Told::Json {
+            return Progress::Json(Json { frames, done: Cell::new(0), told: Cell::new(None) });
+        }
         if quiet || !terminal::watched() {
-            return Progress(None);
+            return Progress::Silent;
         }
         let lines = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(10));
         let bar = |template: &str| {
@@ -54,12 +110,22 @@ impl Progress {
         });
         let picture = bar("samples {bar:30} {msg}");
         let (samples, pixels, start) = (Cell::new(0), Cell::new(0), Cell::new(Instant::now()));
-        Progress(Some(Lines { whole, picture, samples, pixels, start }))
+        Progress::Lines(Box::new(Lines { whole, picture, samples, pixels, start }))
+    }
+
+    fn lines(&self) -> Option<&Lines> {
+        match self {
+            Progress::Lines(lines) => Some(lines),
+            Progress::Silent | Progress::Json(_) => None,
+        }
     }
 
     /// A picture begins.
     pub fn begin(&self, size: [u32; 2], samples: u32) {
-        let Some(lines) = &self.0 else { return };
+        if let Progress::Json(json) = self {
+            json.tell(0.0, true);
+        }
+        let Some(lines) = self.lines() else { return };
         lines.samples.set(samples);
         lines.pixels.set(size.map(u64::from).iter().product());
         lines.start.set(Instant::now());
@@ -69,7 +135,10 @@ impl Progress {
 
     /// `done` of the picture, in 0..=1.
     pub fn picture(&self, done: f64) {
-        let Some(Lines { whole, picture, samples, pixels, start }) = &self.0 else { return };
+        if let Progress::Json(json) = self {
+            json.tell(done, false);
+        }
+        let Some(Lines { whole, picture, samples, pixels, start }) = self.lines() else { return };
         let all = f64::from(samples.get());
         let taken = start.get().elapsed();
         let seconds = taken.max(Duration::from_millis(1)).as_secs_f64();
@@ -84,28 +153,37 @@ impl Progress {
 
     /// One frame more is done.
     pub fn rendered(&self) {
-        let Some(Lines { whole: Some(whole), start, .. }) = &self.0 else { return };
+        self.count_for_program();
+        let Some(Lines { whole: Some(whole), start, .. }) = self.lines() else { return };
         whole.pace.borrow_mut().took(start.get().elapsed().as_secs_f64());
         whole.count_one();
     }
 
     /// One frame more needs no work.
     pub fn skipped(&self) {
-        if let Some(Lines { whole: Some(whole), .. }) = &self.0 {
+        self.count_for_program();
+        if let Some(Lines { whole: Some(whole), .. }) = self.lines() {
             whole.count_one();
+        }
+    }
+
+    fn count_for_program(&self) {
+        if let Progress::Json(json) = self {
+            json.done.set(json.done.get() + 1);
+            json.tell(0.0, true);
         }
     }
 
     /// All frames are there, and something else goes on.
     pub fn say(&self, what: &str) {
-        let Some(lines) = &self.0 else { return };
+        let Some(lines) = self.lines() else { return };
         lines.picture.set_message(what.to_string());
         lines.picture.tick();
     }
 
     /// Prints something without breaking the lines.
     pub fn beside(&self, print: impl FnOnce()) {
-        match &self.0 {
+        match self.lines() {
             Some(lines) => lines.picture.suspend(print),
             None => print(),
         }
@@ -113,7 +191,10 @@ impl Progress {
 
     /// Says what became of it, to those who watched; nothing if that is empty.
     pub fn end(self, summary: impl FnOnce() -> String) {
-        let Some(lines) = self.0 else { return };
+        if let Progress::Json(json) = &self {
+            json.tell(if json.frames.is_some() { 0.0 } else { 1.0 }, true);
+        }
+        let Progress::Lines(lines) = self else { return };
         lines.picture.finish_and_clear();
         if let Some(whole) = lines.whole {
             whole.bar.finish_and_clear();

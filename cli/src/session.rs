@@ -11,6 +11,7 @@ use kinora_animator::{Fault, Place, SampleError};
 use kinora_lang::assets::cache::Cache;
 use kinora_lang::diagnostic::{Diagnostic, Level, Levels, MAX_SHOWN, levels_of_project, list};
 use kinora_lang::files::{self, FileError, Files, Folder, PROJECT};
+use kinora_lang::lower::Places;
 use kinora_lang::source::{FileId, Source, Span, decode};
 use kinora_lang::syntax::ast::{Block, Item};
 use kinora_lang::{Evaluated, Overrides, Param, Tree, library};
@@ -84,6 +85,9 @@ pub struct Loaded {
     /// How long it took to parse the scene's own text, and to evaluate it with all that it uses.
     #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer tells of it"))]
     pub times: [Duration; 2],
+    /// Where the parts of the scene are written.
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer looks for them"))]
+    pub places: Places<(FileId, Span)>,
     tree: Tree,
     path: PathBuf,
     root: PathBuf,
@@ -150,9 +154,9 @@ fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Pa
         Some(error) => (Err(vec![error]), vec![source.clone()]),
         None => kinora_lang::eval_project(&tree, &folder, &overrides),
     };
-    let (mut scene, mut diagnostics, params) = match evaluated {
-        Ok(Evaluated { scene, warnings, params, .. }) => (Some(scene), warnings, params),
-        Err(diagnostics) => (None, diagnostics, Vec::new()),
+    let (mut scene, mut diagnostics, params, places) = match evaluated {
+        Ok(Evaluated { scene, warnings, params, places, .. }) => (Some(scene), warnings, params, places),
+        Err(diagnostics) => (None, diagnostics, Vec::new(), Places::default()),
     };
     if let Some(scene) = &mut scene {
         changes.apply(scene);
@@ -183,6 +187,7 @@ fn evaluate(source: Source, error: Option<Diagnostic>, folder: Folder, path: &Pa
         levels,
         frozen_bake,
         bake,
+        places,
         times: [parse, evaluate],
         tree,
         path,
@@ -317,7 +322,7 @@ impl Loaded {
     #[cfg(feature = "render")]
     pub fn with_bodies(&mut self, quiet: bool, stop: &dyn Fn() -> Option<u8>) -> Result<Option<u8>, String> {
         #[cfg(feature = "physics")]
-        match self.bake(&crate::bake::Baking { quiet, stop }) {
+        match self.bake(&crate::bake::Baking { quiet, stop, told: &|_| () }) {
             Ok(baked) => {
                 // The picture is none the worse for it.
                 if let Some(why) = baked.and_then(|baked| baked.bake.not_kept) {
@@ -351,6 +356,12 @@ impl Loaded {
         }
         own.name = self.path.to_string_lossy().into();
         sources
+    }
+
+    /// The scene's own text as a tree.
+    #[cfg(feature = "viewer")]
+    pub fn tree(&self) -> &Tree {
+        &self.tree
     }
 
     /// The file on the disk that a text comes from; `None` where it comes from nowhere.

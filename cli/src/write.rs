@@ -39,7 +39,7 @@ pub fn create(path: &Path, text: &str) -> Result<(), String> {
 ///
 /// # Errors
 /// Its folder cannot be written to.
-#[cfg(feature = "physics")]
+#[cfg(any(feature = "physics", feature = "viewer"))]
 pub fn create_bytes(path: &Path, bytes: &[u8]) -> Result<(), String> {
     put(path, bytes, None).map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }

@@ -19,5 +19,5 @@ pub mod suggest;
 pub mod syntax;
 pub mod value;
 
-pub use eval::{Evaluated, Overrides, Param, eval, eval_project};
+pub use eval::{Evaluated, Overrides, Param, Plain, eval, eval_project};
 pub use syntax::{Tree, parse};

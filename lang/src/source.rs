@@ -232,13 +232,17 @@ impl Texts {
         }
     }
 
+    /// A place in its own text, and that text's number.
+    pub fn settled(&self, span: Span) -> (FileId, Span) {
+        let (base, source) = self.part(span.start);
+        (source.id, Span::new(span.start - base, span.end.max(base) - base))
+    }
+
     /// Gives every place of a diagnostic the number of its own text and its offset there.
     pub fn settle(&self, found: &mut Diagnostic) {
         let settle = |file: &mut FileId, span: &mut Span| {
             if *file == self.id {
-                let (base, source) = self.part(span.start);
-                *file = source.id;
-                *span = Span::new(span.start - base, span.end.max(base) - base);
+                (*file, *span) = self.settled(*span);
             }
         };
         for label in &mut found.labels {

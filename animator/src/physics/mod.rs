@@ -76,12 +76,14 @@ impl Cache for NoCache {
 }
 
 /// How far a bake is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
+#[derive(Clone, Copy)]
+pub struct Progress<'p> {
     /// Steps done.
     pub step: u64,
     /// Of so many.
     pub steps: u64,
+    /// Makes what there is so far: where the bodies are until the last step done, at which they then rest.
+    pub baked: &'p dyn Fn() -> Baked,
 }
 
 /// What happens after a step.
@@ -125,7 +127,7 @@ pub fn bake(
     scene: &Scene,
     cache: &mut dyn Cache,
     frozen: bool,
-    watch: &mut dyn FnMut(Progress) -> Next,
+    watch: &mut dyn FnMut(Progress<'_>) -> Next,
 ) -> Result<Option<Bake>, BakeError> {
     let Some(plan) = plan(scene)? else { return Ok(None) };
     let key = plan.key();
@@ -176,7 +178,7 @@ fn simulate(
     plan: &Plan<'_>,
     key: [u8; 32],
     cache: &mut dyn Cache,
-    watch: &mut dyn FnMut(Progress) -> Next,
+    watch: &mut dyn FnMut(Progress<'_>) -> Next,
 ) -> Result<New, BakeError> {
     let mut new = New { poses: Vec::new(), overlaps: Vec::new() };
     // Whether what is unfinished can be kept: if not, there is no more to do about it.
@@ -203,7 +205,8 @@ fn simulate(
     };
     let moving: Vec<usize> = plan.moving().collect();
     while simulator.done() < plan.steps {
-        let next = watch(Progress { step: simulator.done(), steps: plan.steps });
+        let so_far = || baked(plan, new.poses.clone());
+        let next = watch(Progress { step: simulator.done(), steps: plan.steps, baked: &so_far });
         if next != Next::Step && keeps && new.poses.len() > saved {
             let before = saved.checked_sub(moving.len()).map(|from| &new.poses[from..saved]);
             let mut bytes = if whole == 0 { file::begin(plan, key) } else { Vec::new() };
@@ -219,7 +222,7 @@ fn simulate(
         simulator.advance()?;
         new.poses.extend(moving.iter().map(|index| simulator.pose(*index)));
     }
-    watch(Progress { step: plan.steps, steps: plan.steps });
+    watch(Progress { step: plan.steps, steps: plan.steps, baked: &|| baked(plan, new.poses.clone()) });
     Ok(new)
 }
 

@@ -171,7 +171,7 @@ pub fn run(args: &Args) -> Outcome {
         file.beside = cache.beside();
     }
 
-    let progress = Progress::new(args.output_flags.quiet, Some(frames.len()));
+    let progress = Progress::new(args.output_flags.quiet, args.output_flags.progress, Some(frames.len()));
     let bytes = Film::bytes(&scene.render, &request);
     let (jobs, to_do) = sync_channel(usize::from(bytes <= WAITING_BYTES));
     let (tell, told) = channel();

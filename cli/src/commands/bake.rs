@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Outcome {
     if loaded.scene.is_none() {
         return Ok(loaded.fault_code());
     }
-    let baked = match loaded.bake(&Baking { quiet: args.quiet, stop: &|| stop.asked() }) {
+    let baked = match loaded.bake(&Baking { quiet: args.quiet, stop: &|| stop.asked(), told: &|_| () }) {
         Ok(Some(baked)) => baked,
         Ok(None) => {
             if !args.quiet {

@@ -138,7 +138,8 @@ fn ron(scene: &Scene) -> Result<String, String> {
     Ok(text + "\n")
 }
 
-fn overview(scene: &Scene) -> String {
+/// What a scene consists of, a line each.
+pub fn overview(scene: &Scene) -> String {
     let [width, height] = scene.render.resolution;
     let cameras: Vec<String> = scene
         .cameras

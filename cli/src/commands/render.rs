@@ -11,7 +11,7 @@ use crate::encode::{self, Bits, Format, Layer, Layers, Stamp, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{PictureFlags, SceneFlags};
 use crate::memory;
-use crate::progress::Progress;
+use crate::progress::{Progress, Told};
 use crate::session::{self, Loaded};
 use crate::stop::Stop;
 use crate::terminal;
@@ -53,6 +53,9 @@ pub struct OutputFlags {
     /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
+    /// How to tell progress
+    #[arg(long, value_enum, default_value_t, hide_default_value = true)]
+    pub progress: Told,
     /// Print what it took on stdout, as one line of JSON
     #[arg(long)]
     pub json: bool,
@@ -167,7 +170,7 @@ pub fn run(args: &Args) -> Outcome {
     let load = start.elapsed();
 
     let mut renderer = Renderer::new(args.picture.open().map_err(|error| error.to_string())?);
-    let progress = Progress::new(args.output_flags.quiet, None);
+    let progress = Progress::new(args.output_flags.quiet, args.output_flags.progress, None);
     let started = Instant::now();
     let film = match draw(&mut renderer, &world, &request, &progress, &stop) {
         Ok(film) => film,

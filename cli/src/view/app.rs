@@ -1,29 +1,33 @@
 //! The window and what happens in it.
 
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use egui::ViewportId;
 use kinora_lang::diagnostic::MAX_SHOWN;
+use kinora_renderer::Backend;
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
 use winit::event::{StartCause, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
+use super::crew::{self, Worker};
 use super::model::{Findings, Model};
 use super::overlay::{self, Status};
-use super::photo::Photo;
+use super::panels::device::Choice;
+use super::panels::prefs::Theme;
+use super::panels::{Action, Facts, Panels};
+use super::photo::{After, Photo};
 use super::reloads::{Reload, Reloads};
 use super::screen::Screen;
 use super::shown::Shown;
 use super::watch::Load;
-use super::work::Desk;
+use crate::flags::PictureFlags;
 use crate::session::Loaded;
 use crate::terminal;
 
-/// Size of a new window in points.
-const SIZE: LogicalSize<u32> = LogicalSize::new(1120, 760);
 /// The longest step of the playhead: a window that was not drawn for a while does not jump.
 const LONGEST_STEP_S: f64 = 0.25;
 
@@ -31,26 +35,37 @@ const LONGEST_STEP_S: f64 = 0.25;
 pub enum Wake {
     /// The text was read.
     Loaded(Box<Load>),
-    /// [`Desk::results`] holds something.
+    /// The worker's desk holds a result.
     Rendered,
+    /// It was looked what is where.
+    Looked,
+    /// What is to render is open, or is not.
+    Opened(Box<(Choice, Result<Box<dyn Backend>, String>)>),
 }
 
 /// What is not to change while the window is open.
 pub struct Settings {
-    /// Title of the window.
-    pub title: String,
     /// What renders, in words.
     pub device: String,
     /// Whether reloads are told to stdout.
     pub json: bool,
+    /// How pictures are made.
+    pub picture: PictureFlags,
+    /// What there is to say of a missing GPU.
+    pub alone: Option<&'static str>,
 }
 
 /// The program behind the window.
 pub struct App {
     settings: Settings,
-    desk: Arc<Desk>,
+    worker: Worker,
+    proxy: EventLoopProxy<Wake>,
     photo: Option<Photo>,
     model: Model,
+    panels: Panels,
+    /// The scene that is shown, and which reading of it.
+    path: Option<PathBuf>,
+    reading: Option<u64>,
     reloads: Reloads,
     shown: Option<Shown>,
     egui: egui::Context,
@@ -70,15 +85,29 @@ struct Open {
 
 impl App {
     /// A program without a window yet.
-    pub fn new(settings: Settings, desk: Arc<Desk>, photo: Option<Photo>) -> App {
+    pub fn new(
+        settings: Settings,
+        mut panels: Panels,
+        worker: Worker,
+        proxy: EventLoopProxy<Wake>,
+        photo: Option<Photo>,
+    ) -> App {
         let egui = egui::Context::default();
-        egui.set_theme(egui::Theme::Dark);
         let now = Instant::now();
+        let mut model = Model::default();
+        (model.timeline.speed, model.timeline.looping) = (panels.prefs.speed, panels.prefs.looping);
+        if let Some(text) = settings.alone {
+            panels.no_gpu(text, now);
+        }
         App {
             settings,
-            desk,
+            worker,
+            proxy,
             photo,
-            model: Model::default(),
+            model,
+            panels,
+            path: None,
+            reading: None,
             reloads: Reloads::default(),
             shown: None,
             egui,
@@ -91,7 +120,9 @@ impl App {
     }
 
     fn open(&self, events: &ActiveEventLoop) -> Result<Open, String> {
-        let attributes = Window::default_attributes().with_title(&self.settings.title).with_inner_size(SIZE);
+        let [width, height] = self.panels.prefs.size;
+        let size = LogicalSize::new(width, height);
+        let attributes = Window::default_attributes().with_title(self.title()).with_inner_size(size);
         let window = events.create_window(attributes).map_err(|error| format!("cannot open a window: {error}"))?;
         let window = Arc::new(window);
         let screen = Screen::open(events, window.clone())?;
@@ -101,12 +132,40 @@ impl App {
         Ok(Open { window, screen, input })
     }
 
+    fn title(&self) -> String {
+        let name = self.path.as_ref().and_then(|path| path.file_name());
+        name.map_or_else(|| "Kinora".into(), |name| format!("{} — Kinora", name.to_string_lossy()))
+    }
+
     fn loaded(&mut self, load: Load) {
-        let Load { loaded, since, took } = load;
+        let Load { loaded, since, took, path, reading, baking } = load;
+        let baked_s = baking.zip(loaded.as_ref().ok()).map(|([step, _], loaded)| {
+            let rate = loaded.scene.as_ref().map_or(1.0, |scene| scene.physics.simulation.rate_hz);
+            step as f64 / rate
+        });
+        if let (Some(baked_s), true) = (baked_s, self.reading == Some(reading)) {
+            if let Ok(loaded) = loaded {
+                self.model.extend(Arc::new(loaded), baked_s);
+            }
+            return;
+        }
+        self.reading = Some(reading);
+        if self.path.as_ref() != Some(&path) {
+            self.model.forget();
+            self.path = Some(path);
+            self.shown = None;
+            if let Some(open) = &self.open {
+                open.window.set_title(&self.title());
+            }
+        }
         let findings = findings(&loaded);
         let errors = findings.errors;
         let times = loaded.as_ref().ok().map(|loaded| loaded.times);
         let good = self.model.take(loaded.ok().map(Arc::new), findings, Instant::now());
+        self.model.timeline.baked_s = baked_s;
+        if good {
+            self.panels.take(&self.model);
+        }
         if let Some(since) = since {
             let load = good.then_some(self.model.loads);
             let lines = self.reloads.read(since, took, times, load, errors);
@@ -114,8 +173,54 @@ impl App {
         }
     }
 
+    /// Another backend renders from now on, if it is there.
+    fn opened(&mut self, choice: &Choice, backend: Result<Box<dyn Backend>, String>) {
+        let now = Instant::now();
+        match backend {
+            Ok(backend) => {
+                self.settings.device = backend.device();
+                self.settings.picture.backend = choice.name();
+                self.worker = Worker::start(backend, self.proxy.clone());
+                self.model.restart();
+            }
+            Err(why) => self.panels.say(why, now),
+        }
+    }
+
+    /// What only the window can do of what the panels want.
+    fn act(&mut self) {
+        for action in std::mem::take(&mut self.panels.actions) {
+            match action {
+                Action::Photograph(path) => {
+                    let after = After::Time(Duration::ZERO);
+                    // One that is waited for comes first.
+                    self.photo.get_or_insert(Photo { path, after, last: false });
+                }
+                Action::Device(choice) => crew::open(choice, self.settings.picture.clone(), self.proxy.clone()),
+            }
+        }
+        let theme = match self.panels.prefs.theme {
+            Theme::Dark => egui::ThemePreference::Dark,
+            Theme::Light => egui::ThemePreference::Light,
+            Theme::System => egui::ThemePreference::System,
+        };
+        if self.egui.options(|options| options.theme_preference) != theme {
+            self.egui.set_theme(theme);
+        }
+    }
+
+    /// The window is closed: what is set is remembered, and the work comes to its end.
+    pub fn farewell(&mut self) {
+        let size = self.open.as_ref().map(|open| {
+            let size = open.window.inner_size().to_logical::<f32>(open.window.scale_factor());
+            [size.width, size.height]
+        });
+        self.panels.remember(size, &self.model);
+        self.worker.farewell();
+    }
+
     fn rendered(&mut self) {
-        match self.desk.results.take() {
+        match self.worker.desk.results.take() {
             Some(Ok(picture)) => {
                 if let Some(open) = &mut self.open {
                     open.screen.take(picture.size, &picture.rgba);
@@ -145,20 +250,28 @@ impl App {
     }
 
     fn draw(&mut self, events: &ActiveEventLoop) {
+        self.act();
         let Some(open) = &mut self.open else { return };
         let now = Instant::now();
         let passed = now.duration_since(std::mem::replace(&mut self.drawn, now));
-        self.model.pass(passed.as_secs_f64().min(LONGEST_STEP_S), now);
+        let seen_s = self.shown.map(|shown| shown.open_s);
+        self.model.pass(passed.as_secs_f64().min(LONGEST_STEP_S), seen_s, now);
 
         let input = open.input.take_egui_input(&open.window);
         let Reloads { last: reload, anew, steps, .. } = &self.reloads;
-        let status = Status { device: &self.settings.device, reload: *reload, rebuilt: anew, stages: steps };
+        let facts = Facts {
+            device: &self.settings.device,
+            backend: self.settings.picture.backend,
+            rays: self.shown.map(|shown| (shown.rays, shown.time)),
+            samples: self.shown.map_or(0, |shown| shown.samples),
+        };
+        let status = Status { facts, reload: *reload, rebuilt: anew, stages: steps };
         let output = self.egui.run_ui(input, |ui| {
-            overlay::show(ui, &mut self.model, self.shown.as_mut(), &status, now);
+            overlay::show(ui, &mut self.model, &mut self.panels, self.shown.as_mut(), &status, now);
         });
         open.input.handle_platform_output(&open.window, output.platform_output);
         if let Some(job) = self.model.job(open.screen.max_side(), now) {
-            self.desk.jobs.put(job);
+            self.worker.desk.jobs.put(job);
         }
         let hopeless = self.model.good.is_none() && self.model.findings.errors > 0;
         let running = self.start.elapsed();
@@ -167,11 +280,11 @@ impl App {
         let complete = wait.is_none_or(|wait| !wait.is_zero());
         let photo = self.photo.take_if(|photo| complete && photo.due(self.shown.as_ref(), running, hopeless));
         let shapes = self.egui.tessellate(output.shapes, output.pixels_per_point);
-        let place = self.shown.and_then(|shown| shown.place);
+        let place = self.shown.and_then(|shown| shown.place).filter(|_| !self.panels.at_start());
         let (textures, scale) = (output.textures_delta, output.pixels_per_point);
         let image = open.screen.paint(place, &shapes, textures, scale, photo.is_some());
 
-        let wait = [wait, self.model.idle(now)].into_iter().flatten().min();
+        let wait = [wait, self.model.idle(now), self.panels.idle(now)].into_iter().flatten().min();
         self.redraw_at = wait.and_then(|wait| now.checked_add(wait));
         let line = self.shown.and_then(|shown| self.reloads.pixel(shown.load, Instant::now()));
         self.tell(line);
@@ -184,9 +297,17 @@ impl App {
         if photo.last {
             self.error = saved.err();
             events.exit();
-        } else if let Err(message) = saved {
-            terminal::error(&message);
+            return;
         }
+        let now = Instant::now();
+        match saved {
+            Ok(()) => self.panels.say(format!("saved as {}", photo.path.display()), now),
+            Err(message) => {
+                terminal::error(&message);
+                self.panels.say(message, now);
+            }
+        }
+        self.redraw();
     }
 
     fn redraw(&self) {
@@ -244,6 +365,11 @@ impl ApplicationHandler<Wake> for App {
         match wake {
             Wake::Loaded(load) => self.loaded(*load),
             Wake::Rendered => self.rendered(),
+            Wake::Looked => self.panels.looked(&mut self.model, Instant::now()),
+            Wake::Opened(opened) => {
+                let (choice, backend) = *opened;
+                self.opened(&choice, backend);
+            }
         }
         self.redraw();
     }
@@ -258,6 +384,7 @@ impl ApplicationHandler<Wake> for App {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
             WindowEvent::Resized(size) => open.screen.resize(size.width, size.height),
             WindowEvent::RedrawRequested => return self.draw(events),
+            WindowEvent::DroppedFile(path) => self.panels.dropped(&path, Instant::now()),
             _ => {}
         }
         if response.repaint {

@@ -7,12 +7,14 @@
 mod app;
 mod blit;
 mod compare;
+mod crew;
 mod fit;
 mod folders;
 mod model;
 mod orbit;
 mod overlay;
 mod pace;
+mod panels;
 mod photo;
 mod picture;
 mod picture_bar;
@@ -23,37 +25,40 @@ mod shown;
 mod slot;
 mod stamp;
 mod timeline;
+mod transport;
 mod watch;
+mod wish;
 mod work;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::channel;
 use std::thread;
-use std::time::Duration;
 
 use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
 
 use crate::exit::{self, Outcome};
-use crate::flags::{PictureFlags, SceneFlags};
-use crate::session::Kept;
+use crate::flags::{BackendName, PictureFlags, ValueFlags};
+use crate::session::{Changes, Kept};
 use app::{App, Settings, Wake};
+use crew::Worker;
+use kinora_renderer::BackendError;
+use panels::Panels;
+use panels::prefs::Prefs;
 use photo::{After, Photo};
 use watch::Watch;
-use work::Desk;
-
-/// How long a closed window waits for what is being rendered.
-const FAREWELL: Duration = Duration::from_millis(500);
+use wish::{Desired, Wish};
 
 /// Watch a scene in a window while you write it.
 ///
 /// Save the file, or a file that it uses, and the picture follows. Drag to turn the camera, with shift or the middle
-/// button to move it, and scroll to come nearer; R goes back to the scene's camera, space plays.
+/// button to move it, and scroll to come nearer; R goes back to the scene's camera, space plays, ? shows all keys.
 #[derive(Debug, clap::Args)]
 pub struct Args {
+    /// The scene, a .kin file; without one the window shows examples
+    file: Option<PathBuf>,
     #[command(flatten)]
-    scene: SceneFlags,
+    values: ValueFlags,
     #[command(flatten)]
     picture: PictureFlags,
     /// Print a line of JSON on every reload: reload_ms, first_pixel_ms, errors, rebuilt, stages
@@ -78,33 +83,40 @@ pub struct Args {
 /// # Errors
 /// There is no display, no device that can draw a window, or no such backend.
 pub fn run(args: &Args) -> Outcome {
-    let backend = args.picture.open().map_err(|error| error.to_string())?;
+    let mut picture = args.picture.clone();
+    let mut alone = None;
+    let backend = match picture.open() {
+        // A window without a GPU is better than none.
+        Err(BackendError::NoAdapter) if picture.backend != BackendName::Cpu => {
+            alone = Some("No GPU was found: the CPU renders.");
+            picture.backend = BackendName::Cpu;
+            picture.open()
+        }
+        opened => opened,
+    };
+    let backend = backend.map_err(|error| error.to_string())?;
+    if picture.backend == BackendName::Auto && backend.name() == "cpu" {
+        alone = Some("No GPU was found: the CPU renders.");
+    }
     let events = EventLoop::<Wake>::with_user_event().build().map_err(no_window)?;
 
-    let name = args.scene.file.file_name().unwrap_or(args.scene.file.as_os_str()).to_string_lossy().into_owned();
-    let settings = Settings { title: format!("{name} — Kinora"), device: backend.device(), json: args.json };
+    let PictureFlags { size, samples, camera, seed, frozen_bake, .. } = picture.clone();
+    let kept = Kept(Some(Arc::default()));
+    let changes = Changes { size, samples, camera, seed, frozen_bake, kept, ..args.values.changes() };
+    let wish = Arc::new(Wish::new(Desired { path: args.file.clone(), changes, live: Vec::new() }));
     let after = args.after.unwrap_or(After::Samples(u32::MAX));
     let photo = args.screenshot.clone().map(|path| Photo { path, after, last: args.exit });
-    let desk = Arc::new(Desk::default());
-    let mut app = App::new(settings, desk.clone(), photo);
+    let settings = Settings { device: backend.device(), json: args.json, picture, alone };
+    let panels = Panels::new(wish.clone(), crew::look(events.create_proxy()), Prefs::load());
+    let worker = Worker::start(backend, events.create_proxy());
+    let mut app = App::new(settings, panels, worker, events.create_proxy(), photo);
 
-    let mut changes = args.scene.changes_with(&args.picture);
-    changes.kept = Kept(Some(Arc::default()));
-    let watch = Watch { path: args.scene.file.clone(), changes, poll: args.poll };
+    let watch = Watch { wish, poll: args.poll };
     let proxy = events.create_proxy();
     thread::spawn(move || watch.run(|load| proxy.send_event(Wake::Loaded(Box::new(load))).is_ok()));
-    let (done, end) = channel::<()>();
-    let (proxy, working) = (events.create_proxy(), desk.clone());
-    thread::spawn(move || {
-        let _dropped_at_the_end = done;
-        // A window that is gone needs no pictures.
-        work::run(backend, &working, &|| drop(proxy.send_event(Wake::Rendered)));
-    });
 
     let ended = events.run_app(&mut app);
-    desk.jobs.close();
-    // Not for the work, but for the device, which is better not torn down under it.
-    let _ = end.recv_timeout(FAREWELL);
+    app.farewell();
     ended.map_err(no_window)?;
     app.error.map_or(Ok(exit::CLEAN), Err)
 }

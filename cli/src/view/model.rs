@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::DVec3;
 use kinora_scene::Scene;
 
 use super::compare::{moves, same_camera};
 use super::orbit::{self, Orbit};
+use super::panels::look::Sight;
 use super::picture::{Looking, Zoom};
 use super::timeline::Timeline;
 use super::work::Job;
@@ -37,6 +39,10 @@ pub enum Gesture {
     Pan([f64; 2]),
     /// Changes the distance to the pivot by this factor.
     Dolly(f64),
+    /// Looks around, likewise.
+    Look([f64; 2]),
+    /// Flies to the right, up and forward, in distances to the pivot.
+    Fly([f64; 3]),
 }
 
 /// The state.
@@ -86,15 +92,25 @@ impl Model {
 
     /// Moves the camera by hand.
     pub fn gesture(&mut self, gesture: Gesture, now: Instant) {
+        self.edit_view(
+            |orbit| match gesture {
+                Gesture::Turn(drag) => orbit.turn(drag),
+                Gesture::Pan(drag) => orbit.pan(drag),
+                Gesture::Dolly(factor) => orbit.dolly(factor),
+                Gesture::Look(drag) => orbit.look(drag),
+                Gesture::Fly(way) => orbit.fly(DVec3::from_array(way) * orbit.distance_m),
+            },
+            now,
+        );
+    }
+
+    /// Changes the camera by hand, from wherever it is.
+    pub fn edit_view(&mut self, edit: impl FnOnce(&mut Orbit), now: Instant) {
         if self.orbit.is_none() {
             self.orbit = self.scene().and_then(|scene| orbit::begin(scene, self.timeline.shutter()));
         }
         let Some(orbit) = &mut self.orbit else { return };
-        match gesture {
-            Gesture::Turn(drag) => orbit.turn(drag),
-            Gesture::Pan(drag) => orbit.pan(drag),
-            Gesture::Dolly(factor) => orbit.dolly(factor),
-        }
+        edit(orbit);
         self.touched(now);
     }
 
@@ -102,6 +118,44 @@ impl Model {
     pub fn look(&mut self, looking: Looking) {
         self.stale |= self.looking != looking;
         self.looking = looking;
+    }
+
+    /// What a picture of that size would show now.
+    pub fn sight(&self, size: [u32; 2]) -> Option<Sight> {
+        let loaded = self.good.clone()?;
+        let view = self.orbit.as_ref().map(|orbit| orbit.view.clone());
+        Some(Sight { loaded, load: self.loads, shutter: self.timeline.shutter(), view, size })
+    }
+
+    /// Whether another picture will be wanted soon.
+    pub fn is_moving(&self, now: Instant) -> bool {
+        self.timeline.playing || self.still_at.is_some_and(|at| now < at)
+    }
+
+    /// The picture is to be made once more, by whatever renders.
+    pub fn restart(&mut self) {
+        self.stale = true;
+    }
+
+    /// Takes the scene with where bodies are as far as that is known now.
+    pub fn extend(&mut self, loaded: Arc<Loaded>, baked_s: f64) {
+        // Until now bodies rested there.
+        if self.timeline.baked_s.is_some_and(|known_s| self.timeline.frame_s() >= known_s) {
+            self.loads += 1;
+            self.stale = true;
+        }
+        self.timeline.baked_s = Some(baked_s);
+        self.good = Some(loaded);
+    }
+
+    /// Forgets where the last scene was looked at from, and when: another one comes.
+    pub fn forget(&mut self) {
+        self.orbit = None;
+        (self.looking, self.zoom, self.choosing) = Default::default();
+        let mut timeline = Timeline::default();
+        (timeline.looping, timeline.speed) = (self.timeline.looping, self.timeline.speed);
+        self.timeline = timeline;
+        (self.good, self.trouble) = (None, None);
     }
 
     /// Goes back to the scene's own camera.
@@ -117,9 +171,10 @@ impl Model {
         }
     }
 
-    /// Lets time pass while it plays.
-    pub fn pass(&mut self, seconds: f64, now: Instant) {
-        if self.timeline.pass(seconds) {
+    /// Lets time pass while it plays; `seen_s` is when the shutter of the picture on the screen opens.
+    pub fn pass(&mut self, seconds: f64, seen_s: Option<f64>, now: Instant) {
+        let seen = seen_s == Some(self.timeline.shutter().open_s);
+        if self.timeline.pass(seconds, seen) {
             self.touched(now);
         }
     }
@@ -132,7 +187,7 @@ impl Model {
     /// What is to be rendered, if that is not at work already.
     pub fn job(&mut self, max_side: u32, now: Instant) -> Option<Job> {
         let loaded = self.good.clone()?;
-        let moving = self.timeline.playing || self.still_at.is_some_and(|at| now < at);
+        let moving = self.is_moving(now);
         // A preview made while things moved is followed by the full picture.
         let settled = !moving && self.still_at.take().is_some();
         if !std::mem::take(&mut self.stale) && !settled {
@@ -167,6 +222,7 @@ mod tests {
 
     use super::*;
     use crate::session::{self, Changes};
+    use crate::view::timeline::Speed;
 
     const TEXT: &str = "lang 1\nrender { duration: 2s, fps: 10 }\n\
         camera { position: (0, 0, 5), look_at: (0, 0, 0) }\nsphere {}\nsky { color: #ffffff }\n";
@@ -237,11 +293,33 @@ mod tests {
         assert!(model.take(loaded(TEXT), Findings::default(), now));
         model.job(100, now);
         model.timeline.playing = true;
-        model.pass(0.05, now);
+        model.pass(0.05, None, now);
         assert!(model.job(100, now).is_none(), "the same frame");
-        model.pass(0.06, now);
+        model.pass(0.06, None, now);
         assert!(model.job(100, now).is_some_and(|job| job.moving && job.shutter.open_s == 0.1));
         model.seek(7, now);
         assert!(model.job(100, now).is_some_and(|job| job.shutter.open_s == 0.7));
+        model.timeline.speed = Speed::EveryFrame;
+        model.pass(0.1, Some(0.6), now);
+        assert_eq!(model.timeline.frame(), 7, "its picture is not there yet");
+        model.pass(0.1, Some(0.7), now);
+        assert_eq!(model.timeline.frame(), 8);
+    }
+
+    #[test]
+    fn what_is_computed_meanwhile_is_shown_where_it_is_new() {
+        let now = Instant::now();
+        let mut model = Model::default();
+        assert!(model.take(loaded(TEXT), Findings::default(), now));
+        model.timeline.baked_s = Some(0.5);
+        model.job(100, now);
+        model.extend(loaded(TEXT).unwrap(), 1.0);
+        assert!(model.job(100, now).is_none(), "it was there already");
+        model.seek(15, now);
+        assert!(model.job(100, now).is_some());
+        model.job(100, now + STILL_AFTER);
+        model.extend(loaded(TEXT).unwrap(), 1.6);
+        assert!(model.job(100, now + STILL_AFTER).is_some());
+        assert_eq!(model.timeline.baked_s, Some(1.6));
     }
 }

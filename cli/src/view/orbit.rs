@@ -7,6 +7,8 @@ use kinora_scene::{Aim, Projection, Scene, Shutter, View};
 
 /// How near to straight up or down the view may turn, in radians.
 const POLE: f64 = 1e-3;
+/// Looking around is slower than turning about what is seen.
+const LOOK: f64 = 0.5;
 /// How near to and how far from the pivot the eye may be, in metres.
 const REACH_M: std::ops::RangeInclusive<f64> = 1e-4..=1e7;
 
@@ -76,6 +78,30 @@ impl Orbit {
         };
         let axes = self.axes();
         self.view.world_from_camera.translation += (axes.y_axis * drag[1] - axes.x_axis * drag[0]) * height_m;
+    }
+
+    /// Looks around from where the eye is, by a drag given in heights of the picture, to the right and down: the view turns
+    /// to where the hand goes. The pivot comes along.
+    pub fn look(&mut self, drag: [f64; 2]) {
+        let eye = self.view.world_from_camera.translation;
+        // Seen from the eye the world turns the other way than round the pivot.
+        self.turn([drag[0] * LOOK, drag[1] * LOOK]);
+        self.view.world_from_camera.translation = eye;
+    }
+
+    /// Flies so many metres to the right, up and forward, as the camera sees it. What is in focus comes along.
+    pub fn fly(&mut self, way_m: DVec3) {
+        let eye = self.view.world_from_camera.translation + self.axes() * DVec3::new(way_m.x, way_m.y, -way_m.z);
+        if eye.is_finite() && eye.abs().max_element() <= *REACH_M.end() {
+            self.view.world_from_camera.translation = eye;
+        }
+    }
+
+    /// Focuses on what is so far away along the axis, in metres.
+    pub fn focus(&mut self, depth_m: f64) {
+        if REACH_M.contains(&depth_m) {
+            self.view.focus_m = depth_m;
+        }
     }
 
     /// Goes along the axis until the pivot is `factor` times as far away. What is in focus stays in focus. Where nearness
@@ -151,6 +177,25 @@ mod tests {
         assert!((orbit.axes().determinant() - 1.0).abs() < 1e-12);
         orbit.turn([0.0, -0.25]);
         assert!(orbit.axes().z_axis.y < 0.8, "the way back is open");
+    }
+
+    #[test]
+    fn flying_goes_where_the_camera_looks() {
+        let mut orbit = orbit();
+        orbit.fly(DVec3::new(1.0, 2.0, 3.0));
+        close(eye(&orbit), DVec3::new(1.0, 2.0, 2.0));
+        // A quarter turn to the right: forward is along +x.
+        orbit.look([1.0, 0.0]);
+        close(eye(&orbit), DVec3::new(1.0, 2.0, 2.0));
+        orbit.fly(DVec3::new(0.0, 0.0, 3.0));
+        close(eye(&orbit), DVec3::new(4.0, 2.0, 2.0));
+        assert_eq!(orbit.view.focus_m, 6.0);
+        orbit.fly(DVec3::new(f64::NAN, 0.0, 0.0));
+        close(eye(&orbit), DVec3::new(4.0, 2.0, 2.0));
+        orbit.focus(2.5);
+        orbit.focus(-1.0);
+        orbit.focus(f64::INFINITY);
+        assert_eq!(orbit.view.focus_m, 2.5);
     }
 
     #[test]

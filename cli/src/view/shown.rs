@@ -22,6 +22,10 @@ pub struct Shown {
     pub wanted: u32,
     /// How long these took.
     pub time: Duration,
+    /// The rays that they took.
+    pub rays: u64,
+    /// When the shutter opens, in seconds.
+    pub open_s: f64,
     /// Which load of the scene it is of.
     pub load: u64,
     /// Where it was last drawn.
@@ -32,8 +36,8 @@ pub struct Shown {
 
 impl From<&Picture> for Shown {
     fn from(picture: &Picture) -> Shown {
-        let &Picture { size, full, samples, wanted, time, load, .. } = picture;
-        Shown { full, preview: size != full, samples, wanted, time, load, place: None, scale: None }
+        let &Picture { size, full, samples, wanted, time, rays, open_s, load, .. } = picture;
+        Shown { full, preview: size != full, samples, wanted, time, rays, open_s, load, place: None, scale: None }
     }
 }
 

@@ -1,16 +1,20 @@
 //! The thread that reads the scene: once at the start, and again whenever a file that it was read from has changed.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
+#[cfg(feature = "physics")]
+use kinora_animator::physics::Progress;
 use notify::event::{AccessKind, AccessMode, ModifyKind};
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
 use super::folders::{concerns, folders};
 use super::settle::Settle;
 use super::stamp::{Contents, contents, dates};
-use crate::session::{self, Changes, Loaded};
+use super::wish::{Desired, Wish, load};
+use crate::session::Loaded;
 use crate::terminal;
 
 /// How often dates are looked at where the system tells of changes: a net below the net.
@@ -19,6 +23,12 @@ const SLOW_POLL: Duration = Duration::from_secs(1);
 const FAST_POLL: Duration = Duration::from_millis(200);
 /// A file changed this shortly before it was read may have changed after it, too: clocks of file systems are coarse.
 const DATE_STEP: Duration = Duration::from_millis(10);
+/// A simulation that takes longer is shown while it goes on.
+#[cfg(feature = "physics")]
+const FIRST_PARTIAL: Duration = Duration::from_millis(300);
+/// And so often.
+#[cfg(feature = "physics")]
+const NEXT_PARTIAL: Duration = Duration::from_millis(500);
 
 /// A scene just read.
 pub struct Load {
@@ -28,14 +38,26 @@ pub struct Load {
     pub since: Option<Instant>,
     /// From then until here; for the first, how long it took.
     pub took: Duration,
+    /// What it was read with.
+    pub path: PathBuf,
+    /// Which reading it comes of.
+    pub reading: u64,
+    /// While bodies are still being moved: the steps that are done, and of how many.
+    pub baking: Option<[u64; 2]>,
+}
+
+/// What the thread hears.
+pub enum Heard {
+    /// Of the system: files.
+    Disk(notify::Result<Event>),
+    /// Of the window: there is another wish.
+    Wish,
 }
 
 /// What to read, and how to hear of changes.
 pub struct Watch {
-    /// The scene.
-    pub path: PathBuf,
-    /// What the command line changes in it.
-    pub changes: Changes,
+    /// The scene, and what is changed in it.
+    pub wish: Arc<Wish>,
     /// Look at dates instead of asking the system.
     pub poll: bool,
 }
@@ -44,6 +66,7 @@ impl Watch {
     /// Reads and waits, until `deliver` says that nobody listens any more.
     pub fn run(self, deliver: impl Fn(Load) -> bool) {
         let (sender, events) = channel();
+        self.wish.listen(sender.clone());
         let mut watcher = if self.poll { None } else { watcher(sender.clone()) };
         let _keeps_the_channel_open: Sender<_> = sender;
         let every = if watcher.is_some() { SLOW_POLL } else { FAST_POLL };
@@ -51,30 +74,57 @@ impl Watch {
         let mut known = Contents::new();
         let mut change: Option<Instant> = None;
         let mut bake = None;
-        // Before there is a list, and where there is none: the scene itself.
-        let mut files = vec![std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone())];
+        let (mut files, mut of): (Vec<PathBuf>, Option<PathBuf>) = Default::default();
+        let mut reading = 0;
         loop {
+            let (Desired { path, changes, live }, wish) = self.wish.get();
+            let asked = || self.wish.number() != wish;
+            let Some(path) = path else {
+                // Nothing is watched before there is a scene.
+                match events.recv() {
+                    Ok(_) => continue,
+                    Err(_) => return,
+                }
+            };
+            if of.as_ref() != Some(&path) {
+                // Before there is a list, and where there is none: the scene itself.
+                files = vec![std::path::absolute(&path).unwrap_or_else(|_| path.clone())];
+                of = Some(path.clone());
+            }
+            reading += 1;
             let start = Instant::now();
             let date = SystemTime::now() - DATE_STEP;
-            let mut loaded = session::load(&self.path, &self.changes);
+            let (mut loaded, live) = load(&path, &changes, &live);
+            self.wish.settle(&live, wish);
+            let whole = |loaded, took| Load { loaded, since: change, took, path: path.clone(), reading, baking: None };
             if let Ok(loaded) = &mut loaded {
                 files.clone_from(&loaded.dependencies);
                 bake.clone_from(&loaded.bake);
                 #[cfg(feature = "physics")]
-                if !loaded.bake_to_show(&stale(&files)) {
-                    change = Some(Instant::now());
-                    continue;
+                {
+                    let shown = Shown::new(loaded);
+                    let stale = stale(&files);
+                    let told = |progress: &Progress<'_>| {
+                        if let Some((partial, baking)) = shown.partial(progress) {
+                            deliver(Load { baking: Some(baking), since: None, ..whole(Ok(partial), Duration::ZERO) });
+                        }
+                    };
+                    if !loaded.bake_to_show(&|| asked() || stale(), &told) {
+                        change = Some(Instant::now());
+                        continue;
+                    }
                 }
             }
-            let took = change.unwrap_or(start).elapsed();
-            if !deliver(Load { loaded, since: change, took }) {
+            if !deliver(whole(loaded, change.unwrap_or(start).elapsed())) {
                 return;
             }
             rewatch(&mut watcher, &files);
             let mut seen = dates(&files);
             learn(&mut known, &files, date, bake.as_deref());
             change = loop {
-                let changed = wait(&events, &files, &mut seen, every);
+                let Some(changed) = wait(&events, &files, &mut seen, every, &asked) else {
+                    break Some(Instant::now());
+                };
                 rewatch(&mut watcher, &files);
                 let now = contents(&files, &known);
                 if now != known {
@@ -83,6 +133,32 @@ impl Watch {
                 }
             };
         }
+    }
+}
+
+/// What is shown of a simulation while it goes on.
+#[cfg(feature = "physics")]
+struct Shown {
+    loaded: Loaded,
+    next: std::cell::Cell<Instant>,
+}
+
+#[cfg(feature = "physics")]
+impl Shown {
+    /// Nothing is shown of what does not take long.
+    fn new(loaded: &Loaded) -> Shown {
+        Shown { loaded: loaded.clone(), next: std::cell::Cell::new(Instant::now() + FIRST_PARTIAL) }
+    }
+
+    /// The scene with where its bodies are as far as it is known, if it is time; and how many steps of how many that is.
+    fn partial(&self, progress: &Progress<'_>) -> Option<(Loaded, [u64; 2])> {
+        if Instant::now() < self.next.get() {
+            return None;
+        }
+        let mut loaded = self.loaded.clone();
+        Arc::make_mut(loaded.scene.as_mut()?).physics.baked = Some(Arc::new((progress.baked)()));
+        self.next.set(Instant::now() + NEXT_PARTIAL);
+        Some((loaded, [progress.step, progress.steps]))
     }
 }
 
@@ -115,9 +191,10 @@ fn learn(known: &mut Contents, files: &[PathBuf], date: SystemTime, bake: Option
     }
 }
 
-fn watcher(sender: Sender<notify::Result<Event>>) -> Option<RecommendedWatcher> {
+fn watcher(sender: Sender<Heard>) -> Option<RecommendedWatcher> {
     let cannot = |error| terminal::err(&format!("cannot watch files ({error}): looking at their dates instead\n"));
-    notify::recommended_watcher(sender).map_err(cannot).ok()
+    let hear = move |event| drop(sender.send(Heard::Disk(event)));
+    notify::recommended_watcher(hear).map_err(cannot).ok()
 }
 
 /// Begins anew each time: a folder that was removed and made again has lost its watch.
@@ -130,19 +207,24 @@ fn rewatch(watcher: &mut Option<RecommendedWatcher>, files: &[PathBuf]) {
     }
 }
 
-/// Waits for a burst of changes to end; gives when it began.
+/// Waits for a burst of changes to end; gives when it began. `None` as soon as something else is `asked` for.
 fn wait(
-    events: &Receiver<notify::Result<Event>>,
+    events: &Receiver<Heard>,
     files: &[PathBuf],
     seen: &mut Vec<Option<(SystemTime, u64)>>,
     every: Duration,
-) -> Instant {
+    asked: &dyn Fn() -> bool,
+) -> Option<Instant> {
     let start = Instant::now();
     let mut burst: Option<Settle> = None;
     loop {
         let timeout = burst.map_or(every, |settle| settle.due().saturating_sub(start.elapsed()));
+        if asked() {
+            return None;
+        }
         let happened = match events.recv_timeout(timeout) {
-            Ok(event) => event.map_or(true, |event| matters(&event, files)),
+            Ok(Heard::Disk(event)) => event.map_or(true, |event| matters(&event, files)),
+            Ok(Heard::Wish) => continue,
             Err(RecvTimeoutError::Disconnected) => false,
             Err(RecvTimeoutError::Timeout) => false,
         };
@@ -153,7 +235,7 @@ fn wait(
         if let Some(settle) = burst {
             if settle.due() <= start.elapsed() {
                 *seen = dates(files);
-                return start + settle.begun();
+                return Some(start + settle.begun());
             }
         } else if !happened {
             let now = dates(files);

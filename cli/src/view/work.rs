@@ -52,6 +52,10 @@ pub struct Picture {
     pub wanted: u32,
     /// How long these samples took.
     pub time: Duration,
+    /// The rays that they took.
+    pub rays: u64,
+    /// When the shutter opens, in seconds.
+    pub open_s: f64,
     /// The load of [`Job::load`].
     pub load: u64,
     /// How it came about.
@@ -305,6 +309,8 @@ impl Worker<'_> {
             samples,
             wanted,
             time: *time,
+            rays: film.rays(),
+            open_s: job.shutter.open_s,
             load: job.load,
             making: self.making.1.clone(),
         };

@@ -44,10 +44,18 @@ impl Display {
         self.folder.join(name)
     }
 
+    /// As `DISPLAY` has it.
+    #[allow(dead_code, reason = "not every test moves the mouse")]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The viewer, not yet started.
     pub fn command(&self, scene: &Path) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kinora"));
         command.args(["--color", "never", "view"]).arg(scene).args(["--backend", "cpu"]);
+        // Nothing is remembered from one test to the next, nor from the user.
+        command.env("XDG_CONFIG_HOME", &self.folder);
         command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command
     }
@@ -74,17 +82,16 @@ impl Display {
         View { child, lines, errors }
     }
 
-    /// The pixel of the screen at (x, y), red, green, blue: from the file into which the server draws, an XWD dump.
-    pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
+    /// What is on the screen: from the file into which the server draws, an XWD dump.
+    pub fn screen(&self) -> Screen {
         let mut bytes = Vec::new();
         std::fs::File::open(self.folder.join("Xvfb_screen0")).unwrap().read_to_end(&mut bytes).unwrap();
-        let word = |index: usize| u32::from_be_bytes(bytes[index * 4..index * 4 + 4].try_into().unwrap()) as usize;
-        let (header, bits, row, colors) = (word(0), word(11), word(12), word(19));
-        assert_eq!(bits, 32, "bits a pixel");
-        let at = header + colors * 12 + y * row + x * 4;
-        // Byte order 0: the least significant byte, blue, comes first.
-        assert_eq!(word(7), 0, "byte order");
-        [bytes[at + 2], bytes[at + 1], bytes[at]]
+        Screen(bytes)
+    }
+
+    /// The pixel of the screen at (x, y), red, green, blue.
+    pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
+        self.screen().pixel(x, y)
     }
 
     /// Closes the viewer's window; gives how long the program stays after that, and whether it ends well.
@@ -104,6 +111,23 @@ impl Display {
     pub fn shows(&self, view: &mut View, (x, y): (usize, usize), color: [u8; 3]) {
         let found = eventually(|| view.runs() && self.pixel(x, y) == color);
         assert!(found, "({x}, {y}) is {:?}, not {color:?}; stderr:\n{}", self.pixel(x, y), view.errors());
+    }
+}
+
+/// A dump of the screen.
+pub struct Screen(Vec<u8>);
+
+impl Screen {
+    /// The pixel at (x, y), red, green, blue.
+    pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
+        let bytes = &self.0;
+        let word = |index: usize| u32::from_be_bytes(bytes[index * 4..index * 4 + 4].try_into().unwrap()) as usize;
+        let (header, bits, row, colors) = (word(0), word(11), word(12), word(19));
+        assert_eq!(bits, 32, "bits a pixel");
+        let at = header + colors * 12 + y * row + x * 4;
+        // Byte order 0: the least significant byte, blue, comes first.
+        assert_eq!(word(7), 0, "byte order");
+        [bytes[at + 2], bytes[at + 1], bytes[at]]
     }
 }
 
@@ -167,7 +191,8 @@ impl Drop for View {
     }
 }
 
-fn eventually(mut holds: impl FnMut() -> bool) -> bool {
+/// Waits until something holds.
+pub fn eventually(mut holds: impl FnMut() -> bool) -> bool {
     let end = Instant::now() + PATIENCE;
     loop {
         if holds() {

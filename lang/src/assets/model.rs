@@ -64,6 +64,11 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
             continue;
         }
         let in_scene = add(&mut lowered.scene, request, model, materials, source, diagnostics);
+        let (scene, places) = (&lowered.scene, &mut lowered.places);
+        let place = places.nodes.get(request.node).copied().unwrap_or(request.span);
+        places.nodes.resize(scene.nodes.len(), place);
+        places.cameras.resize(scene.cameras.len(), place);
+        places.lights.resize(scene.lights.len(), place);
         replace_materials(&mut lowered.scene, request, &in_scene, source, diagnostics);
         placed.insert(request.node, in_scene);
     }
@@ -76,7 +81,7 @@ pub fn load_models(lowered: &mut Lowered, files: &dyn Files, source: &Texts, dia
         which_camera(lowered, &placed, source, diagnostics);
         without_light(&lowered.scene, diagnostics);
     }
-    put_in_order(&mut lowered.scene, source, diagnostics);
+    put_in_order(&mut lowered.scene, &mut lowered.places.nodes, source, diagnostics);
 }
 
 /// Reads a model and says what is wrong with it.
@@ -589,7 +594,7 @@ pub(super) fn without_light(scene: &Scene, diagnostics: &mut Vec<Diagnostic>) {
 }
 
 /// Parents before children again: what moves with a model's node stands before it.
-fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
+fn put_in_order(scene: &mut Scene, places: &mut Vec<Span>, source: &Texts, diagnostics: &mut Vec<Diagnostic>) {
     if scene.nodes.iter().enumerate().all(|(at, node)| node.parent.is_none_or(|parent| parent < at)) {
         return;
     }
@@ -618,6 +623,7 @@ fn put_in_order(scene: &mut Scene, source: &Texts, diagnostics: &mut Vec<Diagnos
     }
     let mut old: Vec<Option<Node>> = std::mem::take(&mut scene.nodes).into_iter().map(Some).collect();
     scene.nodes = order.iter().filter_map(|at| old[*at].take()).collect();
+    *places = order.iter().filter_map(|at| places.get(*at).copied()).collect();
     let moved = |at: &mut usize| *at = new.get(*at).copied().unwrap_or(*at);
     for node in &mut scene.nodes {
         node.parent.iter_mut().for_each(moved);

@@ -34,13 +34,13 @@ use kinora_scene::Scene;
 use crate::assets;
 use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Dependency, Files};
-use crate::lower::{Lowered, lower};
+use crate::lower::{Lowered, Places, lower};
 use crate::modules::{self, Module, Modules};
 use crate::schema;
-use crate::source::{Source, Span};
+use crate::source::{FileId, Source, Span};
 use crate::syntax::{Tree, ast};
 use machine::Machine;
-pub use params::Param;
+pub use params::{Param, Plain};
 use scope::{Binding, Scope};
 
 /// What the command line says about a scene.
@@ -69,6 +69,8 @@ pub struct Evaluated {
     pub params: Vec<Param>,
     /// Every file that was asked for, found or not.
     pub dependencies: Vec<Dependency>,
+    /// Where the parts of the scene are written.
+    pub places: Places<(FileId, Span)>,
 }
 
 /// Evaluates a tree.
@@ -125,8 +127,9 @@ fn eval_modules(
     diagnostic::sort(&mut diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     match lowered {
-        Some(Lowered { scene, .. }) if !failed => {
-            Ok(Evaluated { scene, warnings: diagnostics, params, dependencies: files.dependencies() })
+        Some(Lowered { scene, places, .. }) if !failed => {
+            let (dependencies, places) = (files.dependencies(), places.settled(&modules.texts));
+            Ok(Evaluated { scene, warnings: diagnostics, params, dependencies, places })
         }
         _ if failed => Err(diagnostics),
         _ => {

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::HashSet;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -37,6 +38,58 @@ pub struct Param {
     pub range: Option<[String; 2]>,
     /// The `///` lines above.
     pub doc: Option<String>,
+    /// Its value as it is, the command line's included; none where it is nothing plain.
+    #[serde(skip)]
+    pub value: Option<Plain>,
+    /// Its range, in SI units.
+    #[serde(skip)]
+    pub bounds: Option<[f64; 2]>,
+    /// Where the default is written.
+    #[serde(skip)]
+    pub place: (FileId, Span),
+}
+
+/// A value that a slider, a picker or a switch can show.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plain {
+    /// In SI units.
+    Number {
+        /// How much.
+        value: f64,
+        /// Of what.
+        dimension: Dimension,
+        /// Whether it is a whole number by its type.
+        int: bool,
+    },
+    /// `true` or `false`
+    Bool(bool),
+    /// A string.
+    Text(Arc<str>),
+    /// Linear Rec. 709.
+    Color([f64; 3]),
+    /// Numbers of one dimension, in SI units.
+    Vector(Vec<f64>, Dimension),
+}
+
+impl Plain {
+    fn of(value: &Value) -> Option<Plain> {
+        match value {
+            Value::Number(Number { value, dimension, int }) => {
+                Some(Plain::Number { value: value.constant()?, dimension: *dimension, int: *int })
+            }
+            Value::Bool(value) => Some(Plain::Bool(value.constant()? != 0.0)),
+            Value::Text(text) => Some(Plain::Text(text.clone())),
+            Value::Color([r, g, b]) => Some(Plain::Color([r.constant()?, g.constant()?, b.constant()?])),
+            Value::Tuple(_) => {
+                let numbers = value.numbers()?;
+                let dimension = numbers.first()?.dimension;
+                let same = numbers.iter().all(|number| number.dimension == dimension || number.is_bare_zero());
+                let parts: Option<Vec<f64>> = numbers.iter().map(|number| number.value.constant()).collect();
+                Some(Plain::Vector(parts?, dimension)).filter(|_| same)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// A parameter and how the command line calls it.
@@ -125,6 +178,7 @@ pub fn list<'a>(machine: &mut Machine<'a>, known: &[Known<'a>], overrides: &Over
                 *cell.state.borrow_mut() = LetState::Done(Value::Error);
             }
         }
+        let bounds = range.as_ref().and_then(|(low, high)| Some([low.value.constant()?, high.value.constant()?]));
         let ty = match &decl.ty {
             Some(ty) => machine.text(ty.span).to_string(),
             None => type_name(&value),
@@ -139,6 +193,9 @@ pub fn list<'a>(machine: &mut Machine<'a>, known: &[Known<'a>], overrides: &Over
             default: machine.text(decl.value.span).to_string(),
             range,
             doc: decl.docs.as_ref().map(|docs| docs.to_string()),
+            value: Plain::of(&value),
+            bounds,
+            place: machine.source.settled(decl.value.span),
         });
     }
     params

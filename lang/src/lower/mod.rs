@@ -21,7 +21,7 @@ use crate::eval::items::kind_text;
 use crate::eval::limits;
 use crate::eval::machine::{Machine, NodeKind};
 use crate::schema::{Since, Sort};
-use crate::source::Span;
+use crate::source::{FileId, Span, Texts};
 use crate::suggest::suggest;
 use crate::value::NodeId;
 
@@ -49,6 +49,28 @@ pub struct Lowered {
     pub wanted: Option<String>,
     /// Something could not be read: nothing can be said about what is missing.
     pub unknown: bool,
+    /// Where all that is written.
+    pub places: Places,
+}
+
+/// Where the parts of a scene are written: the name of each, or its kind where it has none. What a model's file holds is
+/// where the model is. One a part, in the scene's order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Places<P = Span> {
+    /// Of the scene's nodes.
+    pub nodes: Vec<P>,
+    /// Of its cameras.
+    pub cameras: Vec<P>,
+    /// Of its lights.
+    pub lights: Vec<P>,
+}
+
+impl Places {
+    /// The same with the text that each place lies in.
+    pub fn settled(&self, texts: &Texts) -> Places<(FileId, Span)> {
+        let settle = |list: &Vec<Span>| list.iter().map(|span| texts.settled(*span)).collect();
+        Places { nodes: settle(&self.nodes), cameras: settle(&self.cameras), lights: settle(&self.lights) }
+    }
 }
 
 /// What a file's nodes are, sorted by what they are for.
@@ -206,6 +228,7 @@ impl<'a> Lower<'_, 'a> {
         self.judge_materials();
         let parents = self.order();
         let mut nodes = self.nodes(&parents);
+        let places = self.places(nodes.len());
         self.copied_into_itself(&mut nodes);
         let cameras: Vec<_> = self
             .found
@@ -248,7 +271,19 @@ impl<'a> Lower<'_, 'a> {
             inner: std::mem::take(&mut self.inner),
             wanted: wanted.filter(|_| camera.is_none()),
             unknown: self.found.unknown,
+            places,
         }
+    }
+
+    fn places(&self, nodes: usize) -> Places {
+        let mut of_nodes = vec![Span::at(0); nodes];
+        for ((id, _), index) in self.found.placed.iter().zip(&self.order) {
+            if let Some(place) = of_nodes.get_mut(*index) {
+                *place = self.span(*id);
+            }
+        }
+        let of = |list: &[(NodeId, Option<usize>)]| list.iter().map(|(id, _)| self.span(*id)).collect();
+        Places { nodes: of_nodes, cameras: of(&self.found.cameras), lights: of(&self.found.lights) }
     }
 
     /// The place that stands for a node in a message: its name, or its kind.
