@@ -12,7 +12,7 @@ use input::Hand;
 
 /// The middle of a picture beside which there is no panel.
 const MIDDLE: (usize, usize) = (560, 330);
-const BLACK: [u8; 3] = [0, 0, 0];
+const RED: [u8; 3] = [255, 0, 0];
 const WHITE: [u8; 3] = [255, 255, 255];
 
 const SPACE: u32 = 0x20;
@@ -31,34 +31,34 @@ fn still(params: &str, sky: &str) -> String {
 const BESIDE: (usize, usize) = (410, 360);
 
 /// The handle of the first slider, at the left end of its way.
-const SLIDER: (usize, usize) = (846, 103);
+const SLIDER: (usize, usize) = (846, 127);
 
 #[test]
 fn the_slider_of_a_parameter_acts_at_once() {
     let Some(display) = display("slider") else { return };
     let path = display.file("scene.kin");
     let params = "param shade: float = 0 in 0..1\nparam on: bool = true";
-    fs::write(&path, still(params, "if on { linear(shade, shade, shade) } else { #ff0000 }")).unwrap();
+    fs::write(&path, still(params, "if on { linear(1, shade, shade) } else { #000000 }")).unwrap();
     let mut view = display.view(&path);
-    display.shows(&mut view, BESIDE, BLACK);
+    display.shows(&mut view, BESIDE, RED);
     let mut hand = Hand::at(display.name());
     // From its left end to beyond its right one.
     hand.drag(SLIDER, (SLIDER.0 + 250, SLIDER.1), 1);
     display.shows(&mut view, BESIDE, WHITE);
     view.good_reload();
     // A save keeps it, as long as the parameter is there.
-    fs::write(&path, still(params, "if on { linear(0, shade, 0) } else { #ff0000 }")).unwrap();
+    fs::write(&path, still(params, "if on { linear(0, shade, 0) } else { #000000 }")).unwrap();
     display.shows(&mut view, BESIDE, [0, 255, 0]);
     let renamed = params.replace("shade", "other");
-    fs::write(&path, still(&renamed, "if on { linear(0, other, 1) } else { #ff0000 }")).unwrap();
+    fs::write(&path, still(&renamed, "if on { linear(0, other, 1) } else { #000000 }")).unwrap();
     display.shows(&mut view, BESIDE, [0, 0, 255]);
 }
 
 fn film() -> String {
-    // Black, then white from the second frame on.
+    // Red, then white from the second frame on.
     "lang 1\nrender { resolution: (64, 64), samples: 4, tonemap: none, fps: 10, duration: 3s }\n\
      camera { position: (0, 0, 5), look_at: (0, 0, 0) }\n\
-     sky { color: if time < 0.05s { #000000 } else { #ffffff } }\n"
+     sky { color: if time < 0.05s { #ff0000 } else { #ffffff } }\n"
         .into()
 }
 
@@ -68,13 +68,13 @@ fn time_passes_and_is_stepped_through() {
     let path = display.file("scene.kin");
     fs::write(&path, film()).unwrap();
     let mut view = display.view(&path);
-    display.shows(&mut view, MIDDLE, BLACK);
+    display.shows(&mut view, MIDDLE, RED);
     let mut hand = Hand::at(display.name());
     hand.to(MIDDLE);
     hand.key(RIGHT);
     display.shows(&mut view, MIDDLE, WHITE);
     hand.key(HOME);
-    display.shows(&mut view, MIDDLE, BLACK);
+    display.shows(&mut view, MIDDLE, RED);
     // Played once, it stays at the end.
     hand.key(u32::from(b'l'));
     hand.key(SPACE);
@@ -88,7 +88,7 @@ fn the_window_is_photographed_by_a_key_and_nothing_is_overwritten() {
     fs::write(&path, still("", "#ff0000")).unwrap();
     fs::write(display.file("scene-view.png"), "mine").unwrap();
     let mut view = display.view(&path);
-    display.shows(&mut view, MIDDLE, [255, 0, 0]);
+    display.shows(&mut view, MIDDLE, RED);
     let mut hand = Hand::at(display.name());
     hand.to(MIDDLE);
     hand.key(F12);

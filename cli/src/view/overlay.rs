@@ -54,8 +54,8 @@ pub fn show(
         bar.show(ui, |ui| picture_bar::show(ui, model, shown.as_deref()));
     }
     Panel::bottom("status").show(ui, |ui| status_line(ui, model, panels, shown.as_deref(), status, now));
-    panels.show(ui, model, &status.facts, now);
     if panels.at_start() {
+        panels.show(ui, model, &status.facts, now);
         CentralPanel::default_margins().show(ui, |ui| {
             panels.start_page(ui);
             messages(ui, model, panels, ui.max_rect(), now);
@@ -65,6 +65,7 @@ pub fn show(
     if model.timeline.shown() {
         Panel::bottom("timeline").show_separator_line(false).show(ui, |ui| transport::show(ui, model, panels, now));
     }
+    panels.show(ui, model, &status.facts, now);
     CentralPanel::no_frame().show(ui, |ui| {
         let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let picture = shown.and_then(|shown| shown.put(ui, area, model.zoom));

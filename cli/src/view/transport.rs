@@ -60,14 +60,14 @@ fn buttons(ui: &mut Ui, model: &mut Model, panels: &mut Panels, now: Instant) {
             model.seek(frame, now);
         }
     };
-    to(ui, "⏮", "To the first frame (Home)", first, model);
-    to(ui, "◀", "A frame back (←)", frame - 1, model);
+    to(ui, "|<", "To the first frame (Home)", first, model);
+    to(ui, "<", "A frame back (←)", frame - 1, model);
     let what = if model.timeline.playing { "Pause" } else { "Play" };
     if ui.add(Button::new(what).min_size(vec2(48.0, 0.0))).on_hover_text("space").clicked() {
         model.timeline.toggle();
     }
-    to(ui, "▶", "A frame on (→)", frame + 1, model);
-    to(ui, "⏭", "To the last frame (End)", last, model);
+    to(ui, ">", "A frame on (→)", frame + 1, model);
+    to(ui, ">|", "To the last frame (End)", last, model);
     ui.toggle_value(&mut model.timeline.looping, "Loop").on_hover_text("Play again from the end (L)");
     let mut every = model.timeline.speed == Speed::EveryFrame;
     if ui.toggle_value(&mut every, "Every frame").on_hover_text("Show each frame, however long it takes").changed() {

@@ -51,6 +51,7 @@ pub fn of_part(scene: &Scene, part: Part, end_s: f64) -> Moves {
                 if node.shape.is_some() {
                     reader.material(scene, node.material, 0);
                 }
+                reader.body(scene, at);
             }
         }
         Part::Camera(at) => {
@@ -150,6 +151,23 @@ impl Reader {
             let (y, x, z) = turn.to_euler(glam::EulerRot::YXZ);
             [y, x, z].map(f64::to_degrees).to_vec()
         });
+    }
+
+    /// Where forces move a body to, as far as it is known.
+    fn body(&mut self, scene: &Scene, node: usize) {
+        let Some(baked) = &scene.physics.baked else { return };
+        let Some(index) = baked.bodies.iter().position(|body| body.node == node) else { return };
+        let count = baked.bodies.len();
+        let steps = baked.poses.len() / count;
+        let mut curves = ["x", "y", "z"].map(|part| Curve { name: format!("body.{part}"), points: Vec::new() });
+        for step in (0..steps).step_by((steps / POINTS).max(1)) {
+            let Some(pose) = baked.poses.get(step * count + index) else { break };
+            let time = step as f64 * baked.step_s;
+            for (curve, number) in curves.iter_mut().zip((pose.place() + baked.origin).to_array()) {
+                curve.points.push([time, number]);
+            }
+        }
+        self.moves.curves.extend(curves);
     }
 
     fn camera(&mut self, camera: &Camera<Animated>) {
