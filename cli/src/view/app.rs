@@ -378,7 +378,7 @@ impl ApplicationHandler<Wake> for App {
         let Some(open) = &mut self.open else { return };
         let response = open.input.on_window_event(&open.window, &event);
         if is_by_hand(&event) {
-            self.desk.touch();
+            self.worker.desk.touch();
         }
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
