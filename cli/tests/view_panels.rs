@@ -1,6 +1,7 @@
 //! The panels of the viewer in the hand of a user: the real program in a real window, moved by its mouse and keys.
 #![cfg(all(feature = "viewer", target_os = "linux"))]
 
+#[allow(dead_code, reason = "each test of the viewer needs its own part of it")]
 mod display;
 mod input;
 

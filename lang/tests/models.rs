@@ -230,6 +230,31 @@ fn what_refers_into_a_model() {
 }
 
 #[test]
+fn every_node_is_where_it_is_written() {
+    let model = document().to_string();
+    let files = Memory::new([("models/my triangle.bin", bytes().as_slice()), ("models/m.gltf", model.as_bytes())]);
+    // What moves with a model's node stands before it in the text, and behind it in the scene.
+    let text = format!(
+        "lang 1\nsky {{ color: #fff }}\n{CAMERA}\
+        group g {{ sphere held {{ parent: node(robot, \"Arm/Hand\"), radius: 1cm }} }}\n\
+        model robot {{ file: \"models/m.gltf\" }}\n\
+        for i in 0..2 {{ box {{ position: (i, 0, 0) }} }}\n"
+    );
+    let done = eval(&parse(&Source::new(FileId(3), "a.kin", text.clone())), &files, &Overrides::default()).unwrap();
+    let (nodes, places) = (&done.scene.nodes, &done.places);
+    assert_eq!((places.nodes.len(), places.cameras.len(), places.lights.len()), (nodes.len(), 1, 0));
+    for (node, (file, span)) in nodes.iter().zip(&places.nodes) {
+        let written = &text[span.start as usize..span.end as usize];
+        let expected = match &*node.name {
+            "Arm" | "Hand" | "triangle" => "robot",
+            name => name,
+        };
+        assert_eq!((*file, written), (FileId(3), expected), "{}", node.name);
+    }
+    assert!(nodes.iter().any(|node| node.name == "Hand"), "{:?}", nodes.iter().map(|node| &node.name).collect::<Vec<_>>());
+}
+
+#[test]
 fn cameras_and_lights() {
     let root = with(&[
         ("/extensionsUsed/1", json!("KHR_lights_punctual")),

@@ -288,6 +288,9 @@ impl App {
         self.redraw_at = wait.and_then(|wait| now.checked_add(wait));
         let line = self.shown.and_then(|shown| self.reloads.pixel(shown.load, Instant::now()));
         self.tell(line);
+        if !self.panels.actions.is_empty() {
+            self.redraw();
+        }
         if let (Some(photo), Some(image)) = (photo, image) {
             self.photographed(&photo, image.and_then(|image| photo.save(&image)), events);
         }

@@ -243,7 +243,8 @@ impl Panels {
         if pressed(Key::F) {
             self.focusing = !self.focusing && model.good.is_some();
         }
-        if pressed(Key::Escape) {
+        // There it leaves what is being chosen.
+        if !model.choosing && pressed(Key::Escape) {
             (self.selected, self.focusing, self.help) = (None, false, false);
         }
         if pressed(Key::F12) {
