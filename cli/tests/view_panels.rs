@@ -16,6 +16,9 @@ const MIDDLE: (usize, usize) = (560, 330);
 const RED: [u8; 3] = [255, 0, 0];
 const WHITE: [u8; 3] = [255, 255, 255];
 
+/// What is chosen is seen by a line of this colour.
+const OUTLINE: [u8; 3] = [255, 160, 40];
+
 const SPACE: u32 = 0x20;
 const RIGHT: u32 = 0xff53;
 const HOME: u32 = 0xff50;
@@ -80,6 +83,27 @@ fn time_passes_and_is_stepped_through() {
     hand.key(u32::from(b'l'));
     hand.key(SPACE);
     display.shows(&mut view, MIDDLE, WHITE);
+}
+
+#[test]
+fn a_click_chooses_what_is_there() {
+    let Some(display) = display("choose") else { return };
+    let path = display.file("scene.kin");
+    fs::write(&path, still("", "#ff0000") + "sphere ball { radius: 1, material: emitter { color: #00ff00 } }\n")
+        .unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, [0, 255, 0]);
+    let mut hand = Hand::at(display.name());
+    let outlined = || {
+        let screen = display.screen();
+        (MIDDLE.0 - 300..MIDDLE.0).any(|x| screen.pixel(x, MIDDLE.1) == OUTLINE)
+    };
+    assert!(!outlined());
+    hand.click(MIDDLE, 1);
+    assert!(eventually(outlined), "{}", view.errors());
+    // The sky is nothing that could be chosen.
+    hand.click((MIDDLE.0 - 320, MIDDLE.1), 1);
+    assert!(eventually(|| !outlined()), "{}", view.errors());
 }
 
 #[test]

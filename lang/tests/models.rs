@@ -251,7 +251,11 @@ fn every_node_is_where_it_is_written() {
         };
         assert_eq!((*file, written), (FileId(3), expected), "{}", node.name);
     }
-    assert!(nodes.iter().any(|node| node.name == "Hand"), "{:?}", nodes.iter().map(|node| &node.name).collect::<Vec<_>>());
+    assert!(
+        nodes.iter().any(|node| node.name == "Hand"),
+        "{:?}",
+        nodes.iter().map(|node| &node.name).collect::<Vec<_>>()
+    );
 }
 
 #[test]

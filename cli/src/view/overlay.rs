@@ -219,8 +219,10 @@ fn status_line(
     now: Instant,
 ) {
     ui.horizontal(|ui| {
-        badge(ui, model);
-        ui.separator();
+        if !panels.at_start() {
+            badge(ui, model);
+            ui.separator();
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.menu_button("Menu", |ui| panels.menu(ui, now));
             if !panels.at_start() {

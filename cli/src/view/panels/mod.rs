@@ -504,8 +504,8 @@ impl Panels {
 
     /// The menu of what is set for the viewer itself.
     pub fn menu(&mut self, ui: &mut Ui, now: Instant) {
-        ui.set_min_width(240.0);
-        let mut path = self.page_path();
+        ui.set_width(290.0);
+        let mut leave = false;
         ui.label("Dark or light");
         ui.horizontal(|ui| {
             for (theme, name) in [(Theme::Dark, "Dark"), (Theme::Light, "Light"), (Theme::System, "As the system")] {
@@ -521,26 +521,21 @@ impl Panels {
             self.photograph(now);
             ui.close();
         }
-        if ui.button("Another scene…").clicked() {
-            path = None;
+        if !self.at_start() && ui.button("Another scene…").clicked() {
+            leave = true;
             ui.close();
         }
         if ui.button("Keys (?)").clicked() {
             self.help = true;
             ui.close();
         }
-        if path.is_none() {
+        if leave {
             self.wish.change(|desired| {
                 desired.live.clear();
                 desired.changes.camera = None;
                 desired.path = None;
             });
         }
-    }
-
-    fn page_path(&self) -> Option<PathBuf> {
-        // Where there is none already, nothing is to be left.
-        self.wish.get().0.path.or_else(|| Some(PathBuf::new()))
     }
 
     fn draft_window(&mut self, ui: &Ui, now: Instant) {

@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use egui::{Align, Button, Label, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
+use egui::{Align, Button, Label, Layout, Rect, RichText, ScrollArea, TextEdit, Ui, UiBuilder, pos2, vec2};
 use glam::DVec3;
 use kinora_lang::source::FileId;
 use kinora_scene::{Shape, Still, World};
@@ -216,49 +216,46 @@ impl Page {
     /// Draws the page; gives the scene that is to be opened.
     pub fn show(&mut self, ui: &mut Ui) -> Option<PathBuf> {
         let mut open = None;
-        let width = ui.available_width().min(620.0);
-        let side = ((ui.available_width() - width) * 0.5).max(12.0);
-        ui.add_space(24.0);
-        ui.horizontal(|ui| {
-            ui.add_space(side);
-            ui.vertical(|ui| {
-                ui.set_max_width(width - 24.0);
-                ui.heading("Kinora");
-                ui.label(
-                    "Write a text file, see light. Drop a scene, a model or a picture of the sky onto this window, or:",
-                );
-                ui.add_space(10.0);
-                ui.horizontal(|ui| {
-                    let edit = TextEdit::singleline(&mut self.path).hint_text("scene.kin");
-                    let typed = ui.add_sized(vec2(ui.available_width() - 70.0, 22.0), edit);
-                    let enter = typed.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                    if (ui.add_sized(vec2(60.0, 22.0), Button::new("Open")).clicked() || enter)
-                        && !self.path.trim().is_empty()
-                    {
-                        open = self.named();
-                    }
-                });
-                ui.add_space(14.0);
-                ui.horizontal(|ui| {
-                    ui.label("Examples, copied to");
-                    ui.add(TextEdit::singleline(&mut self.folder).desired_width(f32::INFINITY));
-                });
-                if let Some(wrong) = &self.wrong {
-                    ui.label(RichText::new(wrong).color(ui.visuals().error_fg_color));
+        let area = ui.available_rect_before_wrap().shrink2(vec2(12.0, 20.0));
+        let width = area.width().min(600.0);
+        let left = area.center().x - width * 0.5;
+        let column = Rect::from_min_size(pos2(left, area.top()), vec2(width, area.height()));
+        ui.scope_builder(UiBuilder::new().max_rect(column), |ui| {
+            ui.heading("Kinora");
+            ui.label(
+                "Write a text file, see light. Drop a scene, a model or a picture of the sky onto this window, or:",
+            );
+            ui.add_space(10.0);
+            ui.horizontal(|ui| {
+                let edit = TextEdit::singleline(&mut self.path).hint_text("scene.kin");
+                let typed = ui.add_sized(vec2(ui.available_width() - 70.0, 22.0), edit);
+                let enter = typed.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+                if (ui.add_sized(vec2(60.0, 22.0), Button::new("Open")).clicked() || enter)
+                    && !self.path.trim().is_empty()
+                {
+                    open = self.named();
                 }
-                ui.add_space(6.0);
-                ScrollArea::vertical().show(ui, |ui| {
-                    for example in &EXAMPLES {
-                        ui.horizontal(|ui| {
-                            if ui.add_sized(vec2(110.0, 24.0), Button::new(example.name)).clicked() {
-                                open = self.copied(example);
-                            }
-                            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                                ui.add(Label::new(example.about).truncate());
-                            });
+            });
+            ui.add_space(14.0);
+            ui.horizontal(|ui| {
+                ui.label("Examples, copied to");
+                ui.add(TextEdit::singleline(&mut self.folder).desired_width(f32::INFINITY));
+            });
+            if let Some(wrong) = &self.wrong {
+                ui.label(RichText::new(wrong).color(ui.visuals().error_fg_color));
+            }
+            ui.add_space(6.0);
+            ScrollArea::vertical().show(ui, |ui| {
+                for example in &EXAMPLES {
+                    ui.horizontal(|ui| {
+                        if ui.add_sized(vec2(110.0, 24.0), Button::new(example.name)).clicked() {
+                            open = self.copied(example);
+                        }
+                        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                            ui.add(Label::new(example.about).truncate());
                         });
-                    }
-                });
+                    });
+                }
             });
         });
         open
