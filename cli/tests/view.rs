@@ -1,6 +1,7 @@
 //! The viewer as a user has it: the real program in a real window, on an X server without a screen.
 #![cfg(all(feature = "viewer", target_os = "linux"))]
 
+#[allow(dead_code, reason = "each test of the viewer needs its own part of it")]
 mod display;
 
 use std::fs;

@@ -1,7 +1,8 @@
 //! `kinora view`: a window that shows a scene while its text is being written.
 //!
-//! Three threads: [`watch`] reads the text whenever it changes, [`work`] renders, and the window, in the main thread,
-//! keeps the state ([`model`]) and draws ([`overlay`], [`screen`]). They talk through the window's events and through
+//! Four threads: [`watch`] reads the text whenever it changes or the window has another [`wish`], [`work`] renders,
+//! [`panels::look`] says what is where in the picture when that is asked, and the window, in the main thread, keeps the
+//! state ([`model`]) and draws ([`overlay`], [`panels`], [`screen`]). They talk through the window's events and through
 //! slots where the newest message wins, so that none ever waits for another.
 
 mod app;

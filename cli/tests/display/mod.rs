@@ -1,6 +1,7 @@
 //! An X display without a screen, and the viewer upon it.
 
 mod close;
+pub mod wire;
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -45,7 +46,6 @@ impl Display {
     }
 
     /// As `DISPLAY` has it.
-    #[allow(dead_code, reason = "not every test moves the mouse")]
     pub fn name(&self) -> &str {
         &self.name
     }

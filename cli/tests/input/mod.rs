@@ -1,9 +1,9 @@
 //! A hand at the mouse and the keyboard of an X display: the few requests of the X protocol that take, by the extension
 //! XTEST.
 
-use std::io::{Read, Write};
-use std::os::unix::net::UnixStream;
 use std::time::Duration;
+
+use super::display::wire::Wire;
 
 /// Events of the core protocol.
 const KEY_PRESS: u8 = 2;
@@ -14,7 +14,7 @@ const MOTION: u8 = 6;
 
 /// A connection that moves the pointer and presses keys.
 pub struct Hand {
-    stream: UnixStream,
+    wire: Wire,
     xtest: u8,
     /// Key symbols by key code, as many a code.
     first_code: u8,
@@ -24,75 +24,18 @@ pub struct Hand {
 impl Hand {
     /// At the display of this name, such as `:99`, once a window is seen there.
     pub fn at(display: &str) -> Hand {
-        let mut stream = UnixStream::connect(format!("/tmp/.X11-unix/X{}", &display[1..])).unwrap();
-        // Least significant byte first, protocol 11.0, no authority.
-        stream.write_all(&[b'l', 0, 11, 0, 0, 0, 0, 0, 0, 0, 0, 0]).unwrap();
-        let mut head = [0; 8];
-        stream.read_exact(&mut head).unwrap();
-        assert_eq!(head[0], 1, "the display takes no connection");
-        let mut setup = vec![0; usize::from(u16::from_le_bytes([head[6], head[7]])) * 4];
-        stream.read_exact(&mut setup).unwrap();
-        let (first_code, last_code) = (setup[26], setup[27]);
-
-        let word = |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-        // Behind the vendor's name and the formats of pixels.
-        let vendor = usize::from(u16::from_le_bytes([setup[16], setup[17]])).next_multiple_of(4);
-        let root = word(&setup, 32 + vendor + usize::from(setup[21]) * 8);
-
-        let mut hand = Hand { stream, xtest: 0, first_code, symbols: Vec::new() };
-        hand.focus(root);
+        let mut wire = Wire::to(display);
+        focus(&mut wire);
         // QueryExtension.
-        let name = b"XTEST\0\0\0";
-        let mut request = vec![98, 0, 4, 0, 5, 0, 0, 0];
-        request.extend(name);
-        let reply = hand.ask(&request);
+        let reply = wire.ask(&[&[98, 0, 4, 0, 5, 0, 0, 0], &b"XTEST\0\0\0"[..]].concat());
         assert_eq!(reply[8], 1, "the display has no XTEST");
-        hand.xtest = reply[9];
+        let xtest = reply[9];
         // GetKeyboardMapping.
-        let count = last_code - first_code + 1;
-        let reply = hand.ask(&[101, 0, 2, 0, first_code, count, 0, 0]);
-        let a_code = usize::from(reply[1]);
-        hand.symbols = (0..usize::from(count))
-            .map(|code| (0..a_code).map(|i| word(&reply, 32 + (code * a_code + i) * 4)).collect())
-            .collect();
-        hand
-    }
-
-    /// Gives the keyboard to the window that is seen, as a window manager does.
-    fn focus(&mut self, root: u32) {
-        // QueryTree.
-        let mut request = vec![15, 0, 2, 0];
-        request.extend(root.to_le_bytes());
-        let tree = self.ask(&request);
-        for window in tree[32..].chunks_exact(4) {
-            // GetWindowAttributes; its state is 2 where it is seen.
-            let mut request = vec![3, 0, 2, 0];
-            request.extend(window);
-            if self.ask(&request)[26] == 2 {
-                // SetInputFocus.
-                let mut request = vec![42, 1, 3, 0];
-                request.extend(window);
-                request.extend([0; 4]);
-                self.stream.write_all(&request).unwrap();
-            }
-        }
-    }
-
-    fn ask(&mut self, request: &[u8]) -> Vec<u8> {
-        self.stream.write_all(request).unwrap();
-        loop {
-            let mut reply = vec![0; 32];
-            self.stream.read_exact(&mut reply).unwrap();
-            assert_ne!(reply[0], 0, "the display refuses a request: {reply:?}");
-            // Events are for others.
-            if reply[0] == 1 {
-                let more = u32::from_le_bytes(reply[4..8].try_into().unwrap()) as usize * 4;
-                let mut rest = vec![0; more];
-                self.stream.read_exact(&mut rest).unwrap();
-                reply.extend(rest);
-                return reply;
-            }
-        }
+        let [first_code, last_code] = wire.key_codes();
+        let reply = wire.ask(&[101, 0, 2, 0, first_code, last_code - first_code + 1, 0, 0]);
+        let words: Vec<u32> = reply[32..].as_chunks::<4>().0.iter().copied().map(u32::from_le_bytes).collect();
+        let symbols = words.chunks_exact(usize::from(reply[1]).max(1)).map(<[u32]>::to_vec).collect();
+        Hand { wire, xtest, first_code, symbols }
     }
 
     fn fake(&mut self, event: u8, detail: u8, [x, y]: [i16; 2]) {
@@ -101,7 +44,7 @@ impl Hand {
         request.extend(x.to_le_bytes());
         request.extend(y.to_le_bytes());
         request.extend([0; 8]);
-        self.stream.write_all(&request).unwrap();
+        self.wire.send(&request);
         // One frame or more of the window.
         std::thread::sleep(Duration::from_millis(40));
     }
@@ -150,5 +93,16 @@ impl Hand {
     fn code_of(&self, symbol: u32) -> u8 {
         let code = self.symbols.iter().position(|symbols| symbols.first() == Some(&symbol)).expect("the key is there");
         self.first_code + code as u8
+    }
+}
+
+/// Gives the keyboard to the window that is seen, as a window manager does.
+fn focus(wire: &mut Wire) {
+    for window in wire.windows() {
+        // GetWindowAttributes; its state is 2 where it is seen.
+        if wire.ask(&[&[3, 0, 2, 0], &window[..]].concat())[26] == 2 {
+            // SetInputFocus.
+            wire.send(&[&[42, 1, 3, 0], &window[..], &[0; 4]].concat());
+        }
     }
 }
