@@ -143,7 +143,7 @@ fn curves(ui: &mut Ui, moves: &Moves, playhead_s: f64, end_s: f64) -> Option<f64
             let points: PlotPoints<'_> = curve.points.iter().copied().collect();
             plot.line(Line::new(curve.name.clone(), points));
         }
-        plot.vline(VLine::new("now", playhead_s).color(Color32::from_gray(150)).allow_hover(false));
+        plot.vline(VLine::new("", playhead_s).color(Color32::from_gray(150)).allow_hover(false));
         plot.pointer_coordinate().map(|at| at.x)
     });
     let response = &shown.response;

@@ -218,6 +218,6 @@ pub fn statistics(ui: &mut Ui, scene: &Scene, facts: &Facts<'_>) {
         text += &format!("free      {:.0} MiB\n", mib(free));
     }
     ui.with_layout(egui::Layout::top_down(Align::Min), |ui| {
-        ui.add(Label::new(RichText::new(text.trim_end()).monospace().small()).wrap().selectable(true));
+        ui.add(Label::new(RichText::new(text.trim_end()).monospace().size(11.0)).wrap().selectable(true));
     });
 }
