@@ -501,7 +501,7 @@ fn busy() -> Scene {
     scene
 }
 
-fn run(scene: &Scene, cache: &mut Memory, next: &mut dyn FnMut(Progress) -> Next) -> Result<Bake, BakeError> {
+fn run(scene: &Scene, cache: &mut Memory, next: &mut dyn FnMut(Progress<'_>) -> Next) -> Result<Bake, BakeError> {
     Ok(bake(scene, cache, false, next)?.unwrap())
 }
 

@@ -40,8 +40,11 @@ pub enum Wake {
     /// It was looked what is where.
     Looked,
     /// What is to render is open, or is not.
-    Opened(Box<(Choice, Result<Box<dyn Backend>, String>)>),
+    Opened(Choice, Box<Opened>),
 }
+
+/// A backend, or why there is none.
+pub type Opened = Result<Box<dyn Backend>, String>;
 
 /// What is not to change while the window is open.
 pub struct Settings {
@@ -174,7 +177,7 @@ impl App {
     }
 
     /// Another backend renders from now on, if it is there.
-    fn opened(&mut self, choice: &Choice, backend: Result<Box<dyn Backend>, String>) {
+    fn opened(&mut self, choice: &Choice, backend: Opened) {
         let now = Instant::now();
         match backend {
             Ok(backend) => {
@@ -369,10 +372,7 @@ impl ApplicationHandler<Wake> for App {
             Wake::Loaded(load) => self.loaded(*load),
             Wake::Rendered => self.rendered(),
             Wake::Looked => self.panels.looked(&mut self.model, Instant::now()),
-            Wake::Opened(opened) => {
-                let (choice, backend) = *opened;
-                self.opened(&choice, backend);
-            }
+            Wake::Opened(choice, backend) => self.opened(&choice, *backend),
         }
         self.redraw();
     }

@@ -64,6 +64,6 @@ pub fn look(proxy: EventLoopProxy<Wake>) -> Arc<Window> {
 pub fn open(choice: Choice, picture: PictureFlags, proxy: EventLoopProxy<Wake>) {
     thread::spawn(move || {
         let backend = choice.open(&picture);
-        let _ = proxy.send_event(Wake::Opened(Box::new((choice, backend))));
+        let _ = proxy.send_event(Wake::Opened(choice, Box::new(backend)));
     });
 }

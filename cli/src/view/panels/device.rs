@@ -15,7 +15,7 @@ pub enum Choice {
     /// By name, as `--backend` has it.
     Name(BackendName),
     /// This device.
-    Adapter(Adapter),
+    Adapter(Box<Adapter>),
 }
 
 impl Choice {
@@ -83,7 +83,7 @@ impl Devices {
                             Err(why) => row.on_disabled_hover_text(why.to_string()),
                         };
                         if row.clicked() {
-                            chosen = Some(Choice::Adapter(adapter.clone()));
+                            chosen = Some(Choice::Adapter(Box::new(adapter.clone())));
                         }
                     });
                 }

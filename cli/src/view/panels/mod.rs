@@ -159,12 +159,9 @@ impl Panels {
 
     /// Fetches what was seen.
     pub fn looked(&mut self, model: &mut Model, now: Instant) {
-        match self.window.results.take() {
-            Some(Ok(seen)) => {
-                (self.seen, self.lines) = (Some(seen), None);
-                self.answer(model, now);
-            }
-            Some(Err(_)) | None => {}
+        if let Some(Ok(seen)) = self.window.results.take() {
+            (self.seen, self.lines) = (Some(seen), None);
+            self.answer(model, now);
         }
     }
 
@@ -405,7 +402,7 @@ impl Panels {
     /// What moves of what is chosen.
     pub fn moves(&mut self, model: &Model) -> Option<&Moves> {
         let part = *self.chosen(model).first()?;
-        if !self.moves.as_ref().is_some_and(|(load, of, _)| (*load, *of) == (model.loads, part)) {
+        if self.moves.as_ref().is_none_or(|(load, of, _)| (*load, *of) != (model.loads, part)) {
             let scene = model.good.as_ref()?.scene.as_deref()?;
             let end_s = model.timeline.last_frame() as f64 / model.timeline.fps();
             self.moves = Some((model.loads, part, curves::of_part(scene, part, end_s)));
