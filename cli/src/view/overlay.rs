@@ -105,16 +105,15 @@ fn keys(ui: &Ui, model: &mut Model, panels: &mut Panels, now: Instant) {
             model.timeline.toggle();
         }
         let [first, last] = model.timeline.range();
-        for (key, frame) in [
-            (Key::ArrowLeft, model.timeline.frame() - 1),
-            (Key::ArrowRight, model.timeline.frame() + 1),
-            (Key::Home, first),
-            (Key::End, last),
-        ] {
+        for (key, frame) in [(Key::Home, first), (Key::End, last)] {
             if pressed(key) {
                 model.seek(frame, now);
             }
         }
+        // However often they were pressed since the window was drawn.
+        let count = |key| ui.input_mut(|input| input.count_and_consume_key(Modifiers::NONE, key)) as i64;
+        let steps = count(Key::ArrowRight) - count(Key::ArrowLeft);
+        model.seek(model.timeline.frame() + steps, now);
         let frame = model.timeline.frame();
         if pressed(Key::I) {
             model.timeline.set_range(frame, last.max(frame));
