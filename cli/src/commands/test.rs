@@ -10,7 +10,7 @@ use crate::encode::{self, Bits, Format, Layers, Stamp, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{BackendName, FileFlags};
 use crate::likeness::{Claim, Difference, Misread, Picture, Shown, claims, page};
-use crate::progress::Progress;
+use crate::progress::{Progress, Told};
 use crate::report::escaped;
 use crate::session::{self, Changes, Loaded};
 use crate::stop::Stop;
@@ -130,7 +130,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut cases = Vec::new();
     for (scene, claim) in all {
         let begun = Instant::now();
-        let progress = Progress::new(args.quiet, None);
+        let progress = Progress::new(args.quiet, Told::Auto, None);
         let case = match claim {
             Ok(claim) => match judge(scene, &claim, args, &mut renderer, &progress, &stop) {
                 Ok(case) => case,

@@ -165,6 +165,7 @@ impl Model {
 
     /// Chooses a frame by hand.
     pub fn seek(&mut self, frame: i64, now: Instant) {
+        let frame = frame.clamp(0, self.timeline.last_frame());
         if frame != self.timeline.frame() {
             self.timeline.seek(frame);
             self.touched(now);
