@@ -401,7 +401,7 @@ impl Loaded {
     }
 
     /// One finding as text without colour.
-    #[cfg(feature = "viewer")]
+    #[cfg(feature = "render")]
     pub fn plain(&self, found: &Diagnostic) -> String {
         report::plain(found, &self.sources_as_given())
     }
