@@ -106,6 +106,32 @@ fn a_click_chooses_what_is_there() {
     assert!(eventually(|| !outlined()), "{}", view.errors());
 }
 
+/// Of a scene without parameters: the third tab, and the button for a picture in it.
+const RENDER_TAB: (usize, usize) = (973, 41);
+const RENDER_FRAME: (usize, usize) = (890, 171);
+
+#[test]
+fn a_picture_is_made_beside_the_window() {
+    let Some(display) = display("render") else { return };
+    let path = display.file("scene.kin");
+    fs::write(&path, still("", "#ff0000")).unwrap();
+    let mut view = display.view(&path);
+    display.shows(&mut view, MIDDLE, RED);
+    let mut hand = Hand::at(display.name());
+    hand.to(MIDDLE);
+    hand.key(u32::from(b'n'));
+    // Where the panel is now was the picture.
+    assert!(eventually(|| display.pixel(RENDER_FRAME.0, 300) != RED), "{}", view.errors());
+    hand.click(RENDER_TAB, 1);
+    // The background of the button.
+    let panel = display.pixel(RENDER_FRAME.0, 300);
+    assert!(eventually(|| display.pixel(RENDER_FRAME.0 - 48, RENDER_FRAME.1) != panel), "{}", view.errors());
+    hand.click(RENDER_FRAME, 1);
+    let made = display.file("scene.png");
+    assert!(eventually(|| made.is_file()), "{}", view.errors());
+    display.shows(&mut view, BESIDE, RED);
+}
+
 #[test]
 fn the_window_is_photographed_by_a_key_and_nothing_is_overwritten() {
     let Some(display) = display("f12") else { return };

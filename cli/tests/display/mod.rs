@@ -55,7 +55,7 @@ impl Display {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kinora"));
         command.args(["--color", "never", "view"]).arg(scene).args(["--backend", "cpu"]);
         // Nothing is remembered from one test to the next, nor from the user.
-        command.env("XDG_CONFIG_HOME", &self.folder);
+        command.env("XDG_CONFIG_HOME", &self.folder).current_dir(&self.folder);
         command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command
     }

@@ -1,6 +1,6 @@
 //! The keyboard and the mouse, as a table and as a window.
 
-use egui::{Context, Grid, RichText, Window};
+use egui::{Align2, Context, Grid, RichText, Window};
 
 /// What each key does, by what it is for.
 pub const KEYS: &[(&str, &[(&str, &str)])] = &[
@@ -47,7 +47,9 @@ pub const KEYS: &[(&str, &[(&str, &str)])] = &[
 
 /// Shows the table while `open`.
 pub fn show(context: &Context, open: &mut bool) {
-    Window::new("Keys").open(open).collapsible(false).resizable(false).default_width(460.0).show(context, |ui| {
+    let window = Window::new("Keys").open(open).collapsible(false).resizable(false).default_width(460.0);
+    let middle = context.content_rect().center();
+    window.pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
         for (title, keys) in KEYS {
             ui.add_space(4.0);
             ui.strong(*title);

@@ -19,7 +19,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::{Button, Key, Panel, Pos2, Rect, RichText, ScrollArea, TextEdit, TextureHandle, TextureOptions, Ui, vec2};
+use egui::{
+    Align2, Button, Key, Panel, Pos2, Rect, RichText, ScrollArea, TextEdit, TextureHandle, TextureOptions, Ui, vec2,
+};
 use glam::DVec3;
 use kinora_scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -539,7 +541,8 @@ impl Panels {
         let Some(draft) = &mut self.draft else { return };
         let (mut open, mut close, mut made) = (true, false, None);
         let window = egui::Window::new("New scene").open(&mut open).collapsible(false).default_width(460.0);
-        window.show(ui.ctx(), |ui| {
+        let middle = ui.ctx().content_rect().center();
+        window.pivot(Align2::CENTER_CENTER).default_pos(middle).show(ui.ctx(), |ui| {
             ui.horizontal(|ui| {
                 ui.label("Name");
                 ui.add(TextEdit::singleline(&mut draft.stem).desired_width(180.0));
