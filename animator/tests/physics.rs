@@ -521,6 +521,26 @@ fn the_same_bytes() {
 }
 
 #[test]
+fn what_is_known_meanwhile_is_the_beginning_of_the_whole() {
+    let scene = busy();
+    let whole = run(&scene, &mut Memory::default(), &mut |_| Next::Step).unwrap().baked;
+    let bodies = whole.bodies.len();
+    let mut looks = 0;
+    let mut look = |done: Progress<'_>| {
+        if done.step % 50 == 0 || done.step == done.steps {
+            let so_far = (done.baked)();
+            assert_eq!(so_far.poses.len() as u64, (done.step + 1) * bodies as u64);
+            assert_eq!(so_far.poses, whole.poses[..so_far.poses.len()]);
+            assert_eq!((so_far.bodies, so_far.origin), (whole.bodies.clone(), whole.origin));
+            looks += 1;
+        }
+        Next::Step
+    };
+    run(&scene, &mut Memory::default(), &mut look).unwrap();
+    assert!(looks >= 3, "{looks}");
+}
+
+#[test]
 fn stopped_and_resumed() {
     let scene = busy();
     let mut whole = Memory::default();
