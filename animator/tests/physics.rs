@@ -527,7 +527,7 @@ fn what_is_known_meanwhile_is_the_beginning_of_the_whole() {
     let bodies = whole.bodies.len();
     let mut looks = 0;
     let mut look = |done: Progress<'_>| {
-        if done.step % 50 == 0 || done.step == done.steps {
+        if done.step.is_multiple_of(50) || done.step == done.steps {
             let so_far = (done.baked)();
             assert_eq!(so_far.poses.len() as u64, (done.step + 1) * bodies as u64);
             assert_eq!(so_far.poses, whole.poses[..so_far.poses.len()]);
