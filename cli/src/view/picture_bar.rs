@@ -26,7 +26,7 @@ const TONEMAPS: [(Tonemap, &str); 3] = [(Tonemap::Agx, "AgX"), (Tonemap::Aces, "
 pub fn show(ui: &mut Ui, model: &mut Model, on_screen: Option<&shown::Shown>) {
     ui.horizontal(|ui| {
         let mut looking = model.looking.clone();
-        choice(ui, "show", "What the picture shows", &SHOWN, &mut looking.shown);
+        choice(ui, "view", "What the picture shows", &SHOWN, &mut looking.shown);
         let exposure = DragValue::new(&mut looking.stops).speed(0.02).range(STOPS).fixed_decimals(1).suffix(" stops");
         ui.add(exposure).on_hover_text("Exposure, on top of the scene's. Nothing is rendered again");
         choice(ui, "tone", "Tone curve. Nothing is rendered again", &TONEMAPS, &mut looking.tonemap);
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, model: &mut Model, on_screen: Option<&shown::Shown>) {
 
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, id: &str, help: &str, all: &[(T, &str)], chosen: &mut Option<T>) {
     let name = all.iter().find(|(value, _)| Some(*value) == *chosen).map_or("as written", |(_, name)| name);
-    let combo = ComboBox::from_id_salt(id).selected_text(name).width(92.0);
+    let combo = ComboBox::from_id_salt(id).selected_text(format!("{id}: {name}")).width(124.0);
     let list = combo.show_ui(ui, |ui| {
         ui.selectable_value(chosen, None, "as written");
         for (value, name) in all {
