@@ -179,16 +179,7 @@ pub fn run(args: &Args) -> Outcome {
             return end.finish(&loaded);
         }
     };
-    let stamp = Stamp {
-        name: name_of(&args.scene.file),
-        scene: encode::scene_hash(scene),
-        seed: world.render.seed,
-        frame,
-        samples: film.samples(),
-        backend: renderer.backend().name(),
-        fps: scene.clock.fps,
-        key: None,
-    };
+    let stamp = stamp(&args.scene.file, scene, frame, &world, &film, &renderer);
     target.write(&encode::encode(&film, &world, format, &stamp)?)?;
     progress.end(|| summary(target.path(), &film, started.elapsed()));
     if args.output_flags.json {
@@ -208,6 +199,20 @@ impl Statistics {
         self.render_s += whole.saturating_sub(build).as_secs_f64();
         self.rays += film.rays();
         self.backend = Some(renderer.backend().name());
+    }
+}
+
+/// The facts that a picture of one frame carries.
+pub fn stamp(path: &Path, scene: &Scene, frame: f64, world: &World, film: &Film, renderer: &Renderer) -> Stamp {
+    Stamp {
+        name: name_of(path),
+        scene: encode::scene_hash(scene),
+        seed: world.render.seed,
+        frame,
+        samples: film.samples(),
+        backend: renderer.backend().name(),
+        fps: scene.clock.fps,
+        key: None,
     }
 }
 

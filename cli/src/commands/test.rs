@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use kinora_renderer::{Renderer, Request};
 
-use super::render::{End, draw, name_of};
-use crate::encode::{self, Bits, Format, Layers, Stamp, Target};
+use super::render::{End, draw, stamp};
+use crate::encode::{self, Bits, Format, Layers, Target};
 use crate::exit::{self, Outcome};
 use crate::flags::{BackendName, FileFlags};
 use crate::likeness::{Claim, Difference, Misread, Picture, Shown, claims, page};
@@ -278,16 +278,7 @@ fn picture(
         End::Stopped(code) => Fault::Over(Ok(code)),
         end => Fault::Over(end.finish(&loaded)),
     })?;
-    let stamp = Stamp {
-        name: name_of(path),
-        scene: encode::scene_hash(&scene),
-        seed: world.render.seed,
-        frame: claim.frame as f64,
-        samples: film.samples(),
-        backend: renderer.backend().name(),
-        fps: scene.clock.fps,
-        key: None,
-    };
+    let stamp = stamp(path, &scene, claim.frame as f64, &world, &film, renderer);
     encode::encode(&film, &world, format, &stamp).map_err(over)
 }
 

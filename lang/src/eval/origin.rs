@@ -39,15 +39,8 @@ impl<'a> Machine<'a> {
         if self.stopped || !about_values || !diagnostic.place().is_some_and(|(_, span)| inside(span)) {
             return;
         }
-        let spans: Vec<Span> = diagnostic.labels.iter().map(|label| label.span).filter(|span| inside(*span)).collect();
-        if !self.explained.insert(at) {
-            return;
-        }
-        let mut notes = Vec::new();
-        let reader = Reader { env: env.clone(), trace: self.trace.clone(), hidden: Vec::new() };
-        self.origins(expr, &reader, Some(&spans), &mut notes);
-        if let Some(diagnostic) = self.diagnostics.get_mut(at) {
-            add(diagnostic, notes);
+        if self.explained.insert(at) {
+            self.explain_value(at, expr, env);
         }
     }
 

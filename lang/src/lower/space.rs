@@ -17,6 +17,16 @@ const PAIRS: usize = 1_000_000;
 const SPAN: f64 = 1e6;
 
 impl Lower<'_, '_> {
+    /// W0506.
+    fn shut_in(&mut self, lamp: NodeId, shell: NodeId) {
+        let message = format!("light `{}` is inside `{}` and cannot be seen", self.name(lamp), self.name(shell));
+        let diagnostic = Diagnostic::new("W0506", message)
+            .primary(self.machine.file(), self.span(lamp), "shines in here")
+            .label(self.machine.file(), self.span(shell), "lets no light out")
+            .help("move it out");
+        self.report(lamp, diagnostic);
+    }
+
     /// W0401, W0506 and W0510.
     pub(super) fn judge_space(&mut self, scene: &Scene, shining: &[bool]) {
         let worlds = worlds(&scene.nodes);
@@ -37,23 +47,11 @@ impl Lower<'_, '_> {
         let id = |index: usize| ids.get(index).copied().unwrap_or(NodeId(u32::MAX));
         let at = |index: usize| Some((scene.nodes.get(index)?, worlds.get(index).copied().flatten()?));
         for [lamp, shell] in shut_in(scene, shining, &still, &at) {
-            let (lamp, shell) = (id(lamp), id(shell));
-            let message = format!("light `{}` is inside `{}` and cannot be seen", self.name(lamp), self.name(shell));
-            let diagnostic = Diagnostic::new("W0506", message)
-                .primary(self.machine.file(), self.span(lamp), "shines in here")
-                .label(self.machine.file(), self.span(shell), "lets no light out")
-                .help("move it out");
-            self.report(lamp, diagnostic);
+            self.shut_in(id(lamp), id(shell));
         }
         for (lamp, shell) in lamps_shut_in(scene, &worlds, &still, &at) {
             let Some(lamp) = self.lamps.get(lamp).copied() else { continue };
-            let shell = id(shell);
-            let message = format!("light `{}` is inside `{}` and cannot be seen", self.name(lamp), self.name(shell));
-            let diagnostic = Diagnostic::new("W0506", message)
-                .primary(self.machine.file(), self.span(lamp), "shines in here")
-                .label(self.machine.file(), self.span(shell), "lets no light out")
-                .help("move it out");
-            self.report(lamp, diagnostic);
+            self.shut_in(lamp, id(shell));
         }
         for [a, b] in coplanar(&still, &at) {
             let (a, b) = (id(a), id(b));

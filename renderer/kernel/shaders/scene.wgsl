@@ -225,12 +225,12 @@ struct Light {
 /// needs it keeps the place of its first word.
 @group(0) @binding(7) var<storage, read> words: array<u32>;
 
-/// A number among `words`.
 /// Four words that lie side by side, read at once.
 fn words_from(i: u32) -> vec4<u32> {
     return vec4<u32>(words[i], words[i + 1u], words[i + 2u], words[i + 3u]);
 }
 
+/// A number among `words`.
 fn word_float(i: u32) -> f32 {
     return bitcast<f32>(words[i]);
 }
