@@ -1,6 +1,7 @@
 //! The one place where the crates meet: a path and the changes of the command line become a scene with its findings, a
 //! scene and a shutter a world. Every command and the viewer go through here.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -45,6 +46,8 @@ pub struct Changes {
     pub frozen_bake: bool,
     /// What is kept of a reading for the next.
     pub kept: Kept,
+    /// Texts that an editor has open, by absolute path: they count instead of what is on the disk.
+    pub open: Arc<BTreeMap<PathBuf, Arc<[u8]>>>,
 }
 
 /// What was made of meshes, models and pictures, if whoever reads scenes again and again keeps it. It changes nothing in
@@ -107,6 +110,9 @@ pub fn load_as(id: FileId, path: &Path, changes: &Changes) -> Result<Loaded, Str
     if let Kept(Some(cache)) = &changes.kept {
         cache.begin();
         folder = folder.with_cache(cache.clone());
+    }
+    if !changes.open.is_empty() {
+        folder = folder.with_open(&changes.open);
     }
     match files::load(&folder, id, &name) {
         Ok(files::Loaded { source, error }) => Ok(evaluate(source, error, folder, path, changes)),

@@ -366,6 +366,8 @@ pub struct Folder {
     asked: Asked,
     listed: AtomicUsize,
     cache: Option<Arc<Cache>>,
+    /// Texts that count instead of what is on the disk, by path from the root.
+    open: BTreeMap<String, Arc<[u8]>>,
 }
 
 /// Within so short a time, two changes of a file may have the same date; and where dates have no fractions of seconds.
@@ -401,7 +403,14 @@ impl Folder {
         let parts = parts.ok_or_else(|| bad("the path is not Unicode"))?;
         let dir = Dir::open_ambient_dir(root, ambient_authority())?;
         Ok((
-            Folder { root: root.to_path_buf(), dir, asked: Asked::default(), listed: AtomicUsize::new(0), cache: None },
+            Folder {
+                root: root.to_path_buf(),
+                dir,
+                asked: Asked::default(),
+                listed: AtomicUsize::new(0),
+                cache: None,
+                open: BTreeMap::new(),
+            },
             parts.join("/"),
         ))
     }
@@ -410,6 +419,18 @@ impl Folder {
     #[must_use]
     pub fn with_cache(self, cache: Arc<Cache>) -> Folder {
         Folder { cache: Some(cache), ..self }
+    }
+
+    /// The same folder; these texts, by absolute path, count instead of what is on the disk: what an editor has open.
+    #[must_use]
+    pub fn with_open(mut self, open: &BTreeMap<PathBuf, Arc<[u8]>>) -> Folder {
+        let below = |path: &Path| {
+            let parts: Option<Vec<&str>> =
+                path.strip_prefix(&self.root).ok()?.iter().map(|part| part.to_str()).collect();
+            Some(parts?.join("/"))
+        };
+        self.open = open.iter().filter_map(|(path, text)| Some((below(path)?, text.clone()))).collect();
+        self
     }
 
     fn version_now(&self, path: &str) -> Option<Version> {
@@ -533,12 +554,13 @@ impl Files for Folder {
     }
 
     fn version(&self, path: &str) -> Option<Version> {
-        let version = self.version_now(path)?;
+        let version = self.version_now(path).filter(|_| !self.open.contains_key(path))?;
         self.asked.note(path, Ok(version)).ok()
     }
 
     fn read_at_most(&self, path: &str, limit: u64) -> Result<Arc<[u8]>, FileError> {
-        self.asked.note(path, self.fetch(path, limit))
+        let open = self.open.get(path).filter(|text| text.len() as u64 <= limit);
+        self.asked.note(path, open.map_or_else(|| self.fetch(path, limit), |text| Ok(text.clone())))
     }
 
     fn dependencies(&self) -> Vec<Dependency> {

@@ -10,6 +10,7 @@ pub mod dimension;
 pub mod eval;
 pub mod files;
 pub mod format;
+pub mod ide;
 pub mod library;
 pub mod lower;
 pub mod modules;

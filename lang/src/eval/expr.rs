@@ -43,7 +43,7 @@ impl<'a> Machine<'a> {
             ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => return self.expr_inside(expr, env, words),
             ExprKind::Path(path) => match path.segments.as_slice() {
                 [name] if words.is_empty() => match env.value(&name.text) {
-                    Some(value) => return value,
+                    Some(value) => return self.watched.see(expr.span, value),
                     None => 0,
                 },
                 _ => 0,
@@ -59,7 +59,7 @@ impl<'a> Machine<'a> {
         }
         let value = self.expr_inside(expr, env, words);
         self.leave();
-        value
+        self.watched.see(expr.span, value)
     }
 
     fn expr_inside(&mut self, expr: &'a Expr, env: &Env<'a>, words: Words) -> Value {

@@ -12,6 +12,7 @@ use crate::eval::graph::Graph;
 use crate::eval::limits;
 use crate::eval::scope::Scope;
 use crate::eval::shared::Inline;
+use crate::eval::watch::Watching;
 use crate::library::is_path;
 use crate::schema::{Kind, Property};
 use crate::source::{FileId, Span, Texts};
@@ -64,6 +65,8 @@ pub struct Machine<'a> {
     pub inline: Inline<'a>,
     /// The names in each node written as a value inside of turns.
     pub inline_names: FxHashMap<*const ast::Node, Rc<[&'a str]>>,
+    /// Expressions whose values somebody asks for.
+    pub watched: Watching,
 }
 
 /// A node: what is written, and what became of it.
@@ -204,6 +207,7 @@ impl<'a> Machine<'a> {
             copies: 0,
             inline: Inline::default(),
             inline_names: FxHashMap::default(),
+            watched: Watching::default(),
         }
     }
 

@@ -25,6 +25,7 @@ mod resolve;
 pub mod scope;
 pub mod shared;
 pub mod surface;
+mod watch;
 
 use std::rc::Rc;
 use std::sync::{Arc, mpsc};
@@ -39,9 +40,12 @@ use crate::modules::{self, Module, Modules};
 use crate::schema;
 use crate::source::{FileId, Source, Span};
 use crate::syntax::{Tree, ast};
+use crate::value::NodeId;
 use machine::Machine;
 pub use params::{Param, Plain};
+pub use resolve::{Symbol, Use, Uses, uses};
 use scope::{Binding, Scope};
+pub use watch::{Moving, Watched, values_at};
 
 /// What the command line says about a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -197,7 +201,27 @@ fn run<'a>(
 ) {
     let whole = !modules.diagnostics.iter().any(Diagnostic::is_error);
     let mut machine = Machine::new(&modules.texts, &nothing.mix);
-    let Some((own, imported)) = modules.list.split_first() else { return };
+    let Some((roots, params)) = compute(modules, overrides, nothing, &mut machine) else { return };
+    let resolved = resolved();
+    let known = !resolved.iter().any(Diagnostic::is_error);
+    let lowered = match machine.stopped {
+        true => None,
+        false => lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known),
+    };
+    let mut diagnostics = resolved;
+    diagnostics.append(&mut machine.diagnostics);
+    // Nobody waits for it only where the caller is gone.
+    let _ = give.send((lowered, diagnostics, params));
+}
+
+/// Computes everything that is written; the nodes at the top of the scene, and its parameters.
+fn compute<'a>(
+    modules: &'a Modules,
+    overrides: &Overrides,
+    nothing: &'a Nothing,
+    machine: &mut Machine<'a>,
+) -> Option<(Vec<NodeId>, Vec<Param>)> {
+    let (own, imported) = modules.list.split_first()?;
     let file = &own.file;
     machine.render = file.items.iter().find_map(|item| match item {
         ast::Item::Node(node) if items::kind_text(node) == "render" => Some(node),
@@ -212,12 +236,12 @@ fn run<'a>(
         import(module, scope, &scopes);
     }
     let all = params::known(modules, &scopes);
-    params::check_overrides(&mut machine, &all, overrides);
+    params::check_overrides(machine, &all, overrides);
     for (module, scope) in modules.list.iter().zip(&scopes) {
-        params::declare(&mut machine, &module.file, scope, &all, overrides);
+        params::declare(machine, &module.file, scope, &all, overrides);
         machine.hoist(&module.file.items, scope);
     }
-    let params = params::list(&mut machine, &all, overrides);
+    let params = params::list(machine, &all, overrides);
     let (mut properties, mut roots) = (Vec::new(), Vec::new());
     let mut owner = items::Owner { kind: None, properties: &mut properties, children: &mut roots };
     machine.run(&file.items, &globals, &mut owner);
@@ -228,18 +252,9 @@ fn run<'a>(
         machine.run(&module.file.items, scope, &mut owner);
     }
     if let Some(render) = machine.slot(&nothing.render, &globals) {
-        params::apply_sets(&mut machine, &mut roots, overrides, render, &nothing.value);
+        params::apply_sets(machine, &mut roots, overrides, render, &nothing.value);
     }
-    let resolved = resolved();
-    let known = !resolved.iter().any(Diagnostic::is_error);
-    let lowered = match machine.stopped {
-        true => None,
-        false => lower(&mut machine, &roots, overrides.camera.as_deref(), whole && known),
-    };
-    let mut diagnostics = resolved;
-    diagnostics.append(&mut machine.diagnostics);
-    // Nobody waits for it only where the caller is gone.
-    let _ = give.send((lowered, diagnostics, params));
+    Some((roots, params))
 }
 
 /// Declares what a file's imports bring, before anything of its own.

@@ -22,6 +22,59 @@ use crate::syntax::ast::{self, Expr, ExprKind, Item, Name};
 
 /// What is wrong with the names of a scene and of the files that it imports.
 pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
+    walk(modules, false).0
+}
+
+/// Which name means which declaration, in a scene and in the files that it imports.
+pub fn uses(modules: &Modules) -> Uses {
+    walk(modules, true).1
+}
+
+/// Names and what they mean. All places lie in [`Modules::texts`].
+#[derive(Debug, Clone, Default)]
+pub struct Uses {
+    /// The names where something is declared.
+    pub declared: Vec<(Span, Symbol)>,
+    /// Names and the name of what they mean. One that an import brings leads to the import, and that to the other file.
+    pub uses: Vec<Use>,
+}
+
+/// A name that means something which is declared elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Use {
+    /// The name.
+    pub at: Span,
+    /// The name where it is declared; of an imported file, its start.
+    pub to: Span,
+    /// Whether it is the same word there: an import may give it another one.
+    pub same_word: bool,
+}
+
+/// What a name is declared as.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Symbol {
+    /// `let`
+    Let,
+    /// `param`
+    Param,
+    /// A parameter of a function or prefab.
+    Formal,
+    /// What a loop counts with.
+    Loop,
+    /// `fn`
+    Fn,
+    /// `prefab`
+    Prefab,
+    /// A node of this kind; `None` where it is a prefab's or unknown.
+    Node(Option<&'static Kind>),
+    /// A file under a name of its own.
+    Module,
+    /// Of an import that leads nowhere.
+    Unknown,
+}
+
+fn walk(modules: &Modules, keep_uses: bool) -> (Vec<Diagnostic>, Uses) {
+    let mut all_uses = keep_uses.then(Uses::default);
     let offers: Vec<Offers<'_>> = modules.list.iter().map(|module| offers(&module.file.items)).collect();
     let mut all = Vec::new();
     for (at, module) in modules.list.iter().enumerate() {
@@ -45,12 +98,14 @@ pub fn resolve(modules: &Modules) -> Vec<Diagnostic> {
             around: Vec::new(),
             ended: FxHashMap::default(),
             kept: Kept::default(),
+            uses: all_uses.take(),
         };
         resolver.head(&module.file);
         resolver.block(&module.file.items, Where::Top, false);
+        all_uses = resolver.uses.take();
         all.append(&mut resolver.finish());
     }
-    all
+    (all, all_uses.unwrap_or_default())
 }
 
 /// Whether a file only declares what others use: it shows nothing, and that is no mistake.
@@ -69,7 +124,7 @@ pub fn is_library(items: &[Item]) -> bool {
 }
 
 /// What a file declares at its top level.
-type Offers<'a> = BTreeMap<&'a str, Declared<'a>>;
+type Offers<'a> = BTreeMap<&'a str, (Declared<'a>, Span)>;
 
 fn offers(items: &[Item]) -> Offers<'_> {
     let mut offers = Offers::new();
@@ -94,7 +149,7 @@ fn offers(items: &[Item]) -> Offers<'_> {
             _ => continue,
         };
         if let Some(name) = name {
-            offers.entry(&*name.text).or_insert(what);
+            offers.entry(&*name.text).or_insert((what, name.span));
         }
     }
     offers
@@ -119,6 +174,20 @@ enum Declared<'a> {
 }
 
 impl Declared<'_> {
+    fn symbol(&self) -> Symbol {
+        match self {
+            Declared::Let(_) | Declared::Value => Symbol::Let,
+            Declared::Param => Symbol::Param,
+            Declared::Formal => Symbol::Formal,
+            Declared::Loop => Symbol::Loop,
+            Declared::Fn(_) => Symbol::Fn,
+            Declared::Prefab(_) => Symbol::Prefab,
+            Declared::Node(kind) => Symbol::Node(*kind),
+            Declared::Module(_) => Symbol::Module,
+            Declared::Import => Symbol::Unknown,
+        }
+    }
+
     fn is_variable(&self) -> bool {
         matches!(self, Declared::Let(_) | Declared::Param | Declared::Formal | Declared::Loop | Declared::Value)
     }
@@ -187,6 +256,8 @@ struct Resolver<'a> {
     /// Where names are declared in blocks that are over.
     ended: FxHashMap<&'a str, Span>,
     kept: Kept,
+    /// What means what, if somebody asks.
+    uses: Option<Uses>,
 }
 
 /// Most names of the scene that are compared with unknown ones: behind so many mistakes nobody looks for help.
@@ -437,6 +508,16 @@ impl<'a> Resolver<'a> {
         }
         scope.order.push(text);
         scope.names.insert(text, Decl { what, span: name.span, used: false, import: None });
+        if let Some(uses) = &mut self.uses {
+            uses.declared.push((name.span, what.symbol()));
+        }
+    }
+
+    /// Keeps what a name means.
+    fn means(&mut self, at: Span, to: Span, same_word: bool) {
+        if let Some(uses) = &mut self.uses {
+            uses.uses.push(Use { at, to, same_word });
+        }
     }
 
     /// Declares what an import brings.
@@ -457,10 +538,16 @@ impl<'a> Resolver<'a> {
                 (None, Some(before)) => Span::new(whole(before).end, own.end),
                 (None, None) => own,
             };
+            if let Some(alias) = &rename.alias {
+                self.means(alias.span, rename.name.span, false);
+            }
             self.declare_import(rename.alias.as_ref().unwrap_or(&rename.name), what, span);
         }
         if let Some(alias) = &import.alias {
             let span = if brings == 1 { import.span } else { alias.span };
+            if let Some(module) = to.and_then(|to| self.modules.list.get(to)) {
+                self.means(alias.span, Span::at(module.file.span.start), false);
+            }
             self.declare_import(alias, to.map_or(Declared::Import, Declared::Module), span);
         }
     }
@@ -492,7 +579,10 @@ impl<'a> Resolver<'a> {
                 }
                 Declared::Import
             }
-            Some(what) => *what,
+            Some((what, span)) => {
+                self.means(name.span, *span, true);
+                *what
+            }
             None => {
                 if self.first_use(path, name) {
                     let diagnostic = Diagnostic::new("E0706", format!("`{path}` has no `{text}`")).primary(
@@ -607,11 +697,13 @@ impl<'a> Resolver<'a> {
     }
 
     /// Finds a name and counts the use.
-    fn use_name(&mut self, name: &str, wanted: impl Fn(&Declared<'a>) -> bool) -> Option<(Declared<'a>, Span, bool)> {
-        let (scope, crossed) = self.find(name, wanted)?;
-        let decl = self.scopes.get_mut(scope)?.names.get_mut(name)?;
+    fn use_name(&mut self, name: &Name, wanted: impl Fn(&Declared<'a>) -> bool) -> Option<(Declared<'a>, Span, bool)> {
+        let (scope, crossed) = self.find(&name.text, wanted)?;
+        let decl = self.scopes.get_mut(scope)?.names.get_mut(&*name.text)?;
         decl.used = true;
-        Some((decl.what, decl.span, crossed))
+        let (what, span) = (decl.what, decl.span);
+        self.means(name.span, span, true);
+        Some((what, span, crossed))
     }
 
     fn items(&mut self, items: &'a [Item], place: Where) {
@@ -901,7 +993,7 @@ impl<'a> Resolver<'a> {
                 }
             };
         }
-        let used = self.use_name(&first.text, |decl| matches!(decl, Declared::Prefab(_) | Declared::Import));
+        let used = self.use_name(first, |decl| matches!(decl, Declared::Prefab(_) | Declared::Import));
         match used {
             Some((Declared::Prefab(decl), ..)) => {
                 if let Some(Where::Function) = place {
@@ -949,7 +1041,7 @@ impl<'a> Resolver<'a> {
     fn member(&mut self, path: &'a ast::Path) -> Option<Declared<'a>> {
         let (first, second) = (path.segments.first()?, path.segments.get(1)?);
         let module = |decl: &Declared<'_>| matches!(decl, Declared::Module(_) | Declared::Import);
-        match self.use_name(&first.text, module) {
+        match self.use_name(first, module) {
             Some((Declared::Module(module), ..)) => {
                 let what = self.offered(module, second);
                 Some(if path.segments.len() > 2 && !matches!(what, Declared::Import) { Declared::Loop } else { what })
@@ -1141,7 +1233,9 @@ impl<'a> Resolver<'a> {
                 let twice = set_twice(name, file, property.name.span, first);
                 self.report(twice);
             }
-            if !decl.params.iter().any(|formal| &*formal.name.text == name) {
+            if let Some(formal) = decl.params.iter().find(|formal| &*formal.name.text == name) {
+                self.means(property.name.span, formal.name.span, true);
+            } else {
                 let known: Vec<&str> = decl.params.iter().map(|formal| &*formal.name.text).collect();
                 let mut diagnostic = Diagnostic::new("E0208", format!("`{prefab}` has no parameter `{name}`"))
                     .primary(file, property.name.span, "no such parameter")
@@ -1324,7 +1418,7 @@ impl<'a> Resolver<'a> {
     fn easing(&mut self, path: &'a ast::Path) {
         match path.segments.as_slice() {
             [name] => {
-                self.use_name(&name.text, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
+                self.use_name(name, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
             }
             _ => {
                 self.member(path);
@@ -1339,7 +1433,7 @@ impl<'a> Resolver<'a> {
         if single && wanted.words.iter().any(|word| word.name == name) || matches!(name, "time" | "frame") {
             return;
         }
-        let used = self.use_name(name, |decl| !matches!(decl, Declared::Fn(_) | Declared::Prefab(_)));
+        let used = self.use_name(first, |decl| !matches!(decl, Declared::Fn(_) | Declared::Prefab(_)));
         if let Some((what, span, crossed)) = used {
             if let Declared::Module(module) = what {
                 return self.value_of(module, path, wanted);
@@ -1559,7 +1653,7 @@ impl<'a> Resolver<'a> {
             }
             return;
         }
-        let used = self.use_name(&name.text, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
+        let used = self.use_name(name, |decl| matches!(decl, Declared::Fn(_) | Declared::Import));
         match used {
             Some((Declared::Fn(decl), ..)) => self.own_arguments(&text, decl, args, span),
             Some(_) => {}
@@ -1587,6 +1681,11 @@ impl<'a> Resolver<'a> {
             decl.params.iter().map(|formal| (&*formal.name.text, formal.default.is_some())).collect();
         let list: Vec<&str> = params.iter().map(|param| param.0).collect();
         let signature = format!("{name}({})", list.join(", "));
+        for name in args.iter().filter_map(|arg| arg.name.as_ref()) {
+            if let Some(formal) = decl.params.iter().find(|formal| formal.name.text == name.text) {
+                self.means(name.span, formal.name.span, true);
+            }
+        }
         self.arguments(name, &params, false, args, span, signature, Some(decl.head));
     }
 

@@ -21,6 +21,9 @@ use crate::value::Value;
 const POINTS: [(&str, Point); 4] =
     [("p", Point::World), ("p_local", Point::Local), ("uv", Point::Uv), ("normal", Point::Normal)];
 
+/// Their names.
+pub const POINT_NAMES: [&str; 4] = [POINTS[0].0, POINTS[1].0, POINTS[2].0, POINTS[3].0];
+
 /// Whether a name stands for something at the point of a surface, if for nothing else.
 pub fn is_point(name: &str) -> bool {
     POINTS.iter().any(|(known, _)| *known == name)

@@ -8,6 +8,7 @@
 //! assert_eq!((radius.default, radius.animatable), (Default::Number(1.0), true));
 //! ```
 
+mod describe;
 mod kinds;
 mod types;
 

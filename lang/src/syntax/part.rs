@@ -139,3 +139,29 @@ impl<'t> Part<'t> {
         (self.record().after..self.list.len() as u32).map(|at| self.with(at)).find(|part| !part.is_node())
     }
 }
+
+impl<'t> Part<'t> {
+    /// The token that holds the byte at an offset; behind the end of the text, the last one. Nothing where there is no text.
+    pub fn token_at(self, offset: u32) -> Option<Part<'t>> {
+        let mut at = self;
+        while at.is_node() {
+            let behind = |part: &Part<'t>| part.span().start <= offset;
+            let holds = |part: &Part<'t>| !part.span().is_empty();
+            at = at.parts().take_while(behind).filter(holds).last()?;
+        }
+        Some(at)
+    }
+
+    /// The token at an offset that people would say the cursor is on: of two that meet there, the one that is a word.
+    pub fn word_at(self, offset: u32) -> Option<Part<'t>> {
+        let here = self.token_at(offset);
+        let before =
+            offset.checked_sub(1).and_then(|before| self.token_at(before)).filter(|token| offset <= token.span().end);
+        let is_word = |token: &Part<'t>| {
+            use SyntaxKind::*;
+            let kind = token.kind();
+            kind.is_keyword() || matches!(kind, Path | Ident | KeyName | Boolean | Color | Unit | Digits | String)
+        };
+        here.filter(is_word).or(before.filter(is_word)).or(here).or(before)
+    }
+}

@@ -111,13 +111,18 @@ fn check(args: &Args, file: &Path, id: FileId, changes: &Changes) -> Result<Chec
             session::load_bytes(id, &args.stdin_path, &bytes, changes)?
         }
     };
-    let found = loaded.diagnostics.iter().cloned().chain(in_time(&loaded, args.frames));
-    #[cfg(feature = "physics")]
-    let found = found.chain(if args.no_assets { Vec::new() } else { loaded.bodies_at_start() });
-    // Warnings that only assets give are not found without them.
-    let found = found.filter(|found| !(args.no_assets && found.code == "W0903"));
-    let found = found.filter_map(|found| loaded.levels.apply(found)).collect();
+    let found = findings(&loaded, args.frames, args.no_assets);
     Ok(Checked { loaded, found })
+}
+
+/// Everything that is found in a scene, as it is to be taken.
+pub fn findings(loaded: &Loaded, frames: Option<Frames>, no_assets: bool) -> Vec<Diagnostic> {
+    let found = loaded.diagnostics.iter().cloned().chain(in_time(loaded, frames));
+    #[cfg(feature = "physics")]
+    let found = found.chain(if no_assets { Vec::new() } else { loaded.bodies_at_start() });
+    // Warnings that only assets give are not found without them.
+    let found = found.filter(|found| !(no_assets && found.code == "W0903"));
+    found.filter_map(|found| loaded.levels.apply(found)).collect()
 }
 
 /// The findings of all files, each once: what several scenes import is checked with the first of them, and a file

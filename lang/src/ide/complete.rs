@@ -1,0 +1,896 @@
+//! What may be written at a place.
+
+use super::Analysis;
+use super::cursor::{Owner, Slot, called, owner, schema_kind, set_in, slot};
+use super::walk::{Seen, walk};
+use crate::builtin::{self, BUILTINS, Builtin, ease};
+use crate::dimension::{Dimension, UNITS};
+use crate::eval::items::kind_text;
+use crate::eval::surface::POINT_NAMES;
+use crate::files::{Files, resolve};
+use crate::library;
+use crate::schema::{self, Default, Holds, KINDS, Kind, Place, Property, Since, Sort, TYPES, Type};
+use crate::source::{Source, Span};
+use crate::syntax::ast::{self, Item};
+use crate::syntax::{Part, SyntaxKind as K, parse};
+
+/// Words of the language that cannot be names.
+pub const KEYWORDS: &[&str] = &[
+    "after", "as", "ease", "else", "false", "fn", "for", "from", "if", "import", "in", "keys", "lang", "let", "like",
+    "param", "prefab", "return", "true",
+];
+
+/// What a suggestion is, for its icon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum CompletionKind {
+    Keyword,
+    Kind,
+    Property,
+    Function,
+    Value,
+    Param,
+    Node,
+    Prefab,
+    Module,
+    Word,
+    Unit,
+    Type,
+    File,
+    Folder,
+}
+
+/// One suggestion.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Completion {
+    /// What the list shows.
+    pub label: String,
+    /// What it is.
+    pub kind: CompletionKind,
+    /// In a few words, beside the label: its type and default.
+    pub detail: String,
+    /// What is written, as a snippet: `radius: ${1:1m}`.
+    pub snippet: String,
+    /// What is written where the editor knows no snippets.
+    pub plain: String,
+    /// What it takes the place of.
+    pub replace: Span,
+    /// What fits best has the lowest.
+    pub rank: u8,
+    /// For [`document`]; empty where there is nothing to say.
+    pub about: String,
+}
+
+/// What stands for the cursor while the text round it is parsed; no one writes it.
+const HERE: &str = "kinora_here_";
+
+/// What may be written at an offset, whatever is there; what is typed already is for the editor to compare with.
+pub fn completions(analysis: &Analysis, offset: u32, files: &dyn Files) -> Vec<Completion> {
+    let source = &analysis.tree.source;
+    let offset = source.clamp(offset);
+    let before = source.slice(Span::new(0, offset));
+    let word = |letter: char| unicode_ident::is_xid_continue(letter);
+    let start =
+        offset - before.chars().rev().take_while(|letter| word(*letter)).map(|l| l.len_utf8() as u32).sum::<u32>();
+    let behind = source.slice(Span::new(offset, source.len()));
+    // What is typed so far, and the rest of the word behind the cursor, stay: only where there is no word, one is put.
+    let put = if start == offset && !behind.starts_with(word) { HERE } else { "" };
+    let text = format!("{before}{put}{behind}");
+    let tree = parse(&Source::new(source.id, source.name.clone(), text));
+    let at = if put.is_empty() { offset.saturating_sub(u32::from(start < offset)) } else { start };
+    let Some(token) = tree.root().token_at(at) else { return Vec::new() };
+    let mut list =
+        List { analysis, files, items: &tree.file().items, replace: Span::new(start, offset), at, found: Vec::new() };
+    list.fill(token, before);
+    list.found.sort_by(|a, b| (a.rank, &a.label).cmp(&(b.rank, &b.label)));
+    list.found.dedup_by(|a, b| a.label == b.label && a.kind == b.kind);
+    list.found
+}
+
+struct List<'a> {
+    analysis: &'a Analysis,
+    files: &'a dyn Files,
+    /// The text with a word where the cursor is.
+    items: &'a [Item],
+    replace: Span,
+    at: u32,
+    found: Vec<Completion>,
+}
+
+impl<'a> List<'a> {
+    fn add(&mut self, label: &str, kind: CompletionKind, detail: impl Into<String>, rank: u8) -> &mut Completion {
+        self.found.push(Completion {
+            label: label.into(),
+            kind,
+            detail: detail.into(),
+            snippet: escape(label),
+            plain: label.into(),
+            replace: self.replace,
+            rank,
+            about: String::new(),
+        });
+        let last = self.found.len() - 1;
+        &mut self.found[last]
+    }
+
+    fn keywords(&mut self, words: &[&str]) {
+        for word in words {
+            let snippet = match *word {
+                "let" => "let ${1:name} = $0",
+                "param" => "param ${1:name} = ${2:0.5} in ${3:0}..${4:1}",
+                "fn" => "fn ${1:name}(${2:x}) = $0",
+                "prefab" => "prefab ${1:name}(${2:size: length = 1m}) {\n    $0\n}",
+                "for" => "for ${1:i} in ${2:0..10} {\n    $0\n}",
+                "if" => "if ${1:condition} {\n    $0\n}",
+                "import" => "import { $2 } from \"$1\"",
+                "lang" => "lang 1",
+                "return" => "return $0",
+                "keys" => "keys {\n    0s: $1\n    ${2:1s}: $0\n}",
+                "ease" => "ease ${1:in_out_cubic}",
+                "after" => "after ${1:1s}: $0",
+                other => other,
+            };
+            let entry = self.add(word, CompletionKind::Keyword, "", 4);
+            entry.snippet = snippet.into();
+            entry.about = format!("keyword {word}");
+        }
+    }
+
+    fn fill(&mut self, token: Part<'a>, before: &str) {
+        match token.kind() {
+            K::LineComment | K::DocComment | K::BlockComment => {}
+            K::String | K::BadString => self.paths(token),
+            K::Digits | K::Unit | K::BadUnit => self.units(token),
+            K::Color => {}
+            K::KeyName if token.parent().is_some_and(|parent| parent.kind() == K::NamedArg) => {
+                if let Slot::Argument { args, .. } = slot(token) {
+                    self.argument_names(args, false);
+                }
+            }
+            K::KeyName => self.items(token, true),
+            K::BadItem => match owner(token) {
+                Owner::Keys => self.keywords(&["ease", "after"]),
+                _ if before.trim_end_matches(|l| unicode_ident::is_xid_continue(l)).trim_end().ends_with("ease") => {
+                    self.easings();
+                }
+                _ => self.items(token, false),
+            },
+            K::Ident => match token.parent().map(Part::kind) {
+                Some(K::Rename) => self.offered_names(token),
+                Some(K::Ty) => self.types(),
+                _ => {}
+            },
+            K::Path => match token.parent() {
+                Some(parent) if parent.kind() == K::Node => self.items(token, false),
+                _ => self.values(token),
+            },
+            kind if kind.is_keyword() || kind == K::Boolean => {
+                // A word that is one of the language so far: `in` of `in_out_cubic`.
+                match slot(token) {
+                    Slot::Ease => self.easings(),
+                    Slot::Any if token.parent().is_some_and(|parent| parent.kind().is_item()) => {
+                        self.items(token, false)
+                    }
+                    _ => self.values(token),
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What may stand in a block: properties, kinds, declarations.
+    fn items(&mut self, token: Part<'a>, key_only: bool) {
+        let stands =
+            token.parent().filter(|parent| parent.kind() != K::File && parent.kind() != K::Block).unwrap_or(token);
+        match owner(stands) {
+            Owner::Top => {
+                self.kinds(|kind| matches!(kind.place, Place::Top | Place::Scene));
+                self.prefabs();
+                self.keywords(&["let", "param", "fn", "prefab", "for", "if", "import", "lang"]);
+            }
+            Owner::Scene => {
+                self.kinds(|kind| kind.place == Place::Scene);
+                self.prefabs();
+                self.keywords(&["let", "for", "if"]);
+            }
+            Owner::Node(node) => match schema_kind(node) {
+                Some(kind) if self.prefab(super::cursor::kind_of(node).map_or("", Part::text)).is_none() => {
+                    let set: Vec<&str> = set_in(node, stands).collect();
+                    self.properties(kind, &set, key_only);
+                    if key_only {
+                        return;
+                    }
+                    match kind.holds {
+                        Holds::Nothing => {}
+                        Holds::Parts => self.kinds(|part| fits_inside(part, kind)),
+                        Holds::Scene => {
+                            self.kinds(|part| part.place == Place::Scene || fits_inside(part, kind));
+                            self.prefabs();
+                        }
+                    }
+                    self.keywords(&["let", "for", "if"]);
+                }
+                _ => {
+                    let kind = super::cursor::kind_of(node).map_or("", Part::text);
+                    let Some((prefab, set)) = self.prefab(kind).zip(Some(set_in(node, stands).collect::<Vec<_>>()))
+                    else {
+                        return;
+                    };
+                    for formal in prefab.params.iter().filter(|formal| !set.contains(&&*formal.name.text)) {
+                        self.formal(formal, key_only);
+                    }
+                }
+            },
+            Owner::Function => self.keywords(&["let", "return", "if", "for"]),
+            Owner::KeyValue => {
+                for name in ["value", "in", "out"] {
+                    let entry = self.add(name, CompletionKind::Property, "", 0);
+                    entry.snippet = if key_only { name.into() } else { format!("{name}: $0") };
+                }
+            }
+            Owner::Keys | Owner::Import(_) | Owner::Nowhere => {}
+        }
+    }
+
+    fn formal(&mut self, formal: &ast::Formal, key_only: bool) {
+        let texts = &self.analysis.modules.texts;
+        let detail = texts.slice(formal.span).to_string();
+        let name = &*formal.name.text;
+        let default = formal.default.as_ref().map_or("", |value| texts.slice(value.span)).to_string();
+        let entry = self.add(name, CompletionKind::Param, detail, u8::from(formal.default.is_some()));
+        if !key_only {
+            entry.snippet = format!("{}: ${{1:{}}}", escape(name), escape(&default));
+            entry.plain = format!("{name}: ");
+        }
+    }
+
+    fn properties(&mut self, kind: &'static Kind, set: &[&str], key_only: bool) {
+        for property in kind.all().filter(|row| row.since != Since::Later && !set.contains(&row.name)) {
+            let needed = property.default == Default::Needed;
+            let entry = self.add(property.name, CompletionKind::Property, detail_of(property), u8::from(!needed));
+            if !key_only {
+                entry.snippet = format!("{}: {}", property.name, placeholder(property));
+                entry.plain = format!("{}: ", property.name);
+            }
+            entry.about = format!("property {} {}", kind.name, property.name);
+        }
+    }
+
+    fn kinds(&mut self, wanted: impl Fn(&Kind) -> bool) {
+        for kind in KINDS.iter().filter(|kind| kind.since == Since::Now && wanted(kind)) {
+            let entry = self.add(kind.name, CompletionKind::Kind, kind.sort.with_article(), 2);
+            let mut stop = 1;
+            let name = match kind.sort {
+                Sort::Render | Sort::Sky | Sort::Simulation | Sort::Part => String::new(),
+                _ => {
+                    stop += 1;
+                    format!("${{1:{}}} ", if kind.sort == Sort::Camera { "main" } else { "name" })
+                }
+            };
+            let needed = kind.all().filter(|row| row.default == Default::Needed && row.since == Since::Now);
+            let lines: String = needed
+                .map(|row| {
+                    stop += 1;
+                    format!("    {}: {}\n", row.name, placeholder_at(row, stop - 1))
+                })
+                .collect();
+            entry.snippet = format!("{} {name}{{\n{lines}    $0\n}}", kind.name);
+            entry.about = format!("kind {}", kind.name);
+        }
+    }
+
+    /// The prefab of this name: of the text itself or of an import.
+    fn prefab(&self, name: &str) -> Option<&'a ast::PrefabDecl> {
+        let find = |items: &'a [Item], name: &str| {
+            items.iter().find_map(|item| match item {
+                Item::Prefab(decl) if decl.name.as_ref().is_some_and(|own| &*own.text == name) => Some(decl),
+                _ => None,
+            })
+        };
+        let modules = &self.analysis.modules;
+        if let Some((module, name)) = name.split_once('.') {
+            return find(self.module(module)?, name);
+        }
+        // As analysed, for its places: the text with a word in it has others.
+        find(&modules.list.first()?.file.items, name).or_else(|| {
+            modules.list.first()?.imports().find_map(|(import, to)| {
+                let renamed = import.names.iter().flatten();
+                let there =
+                    renamed.clone().find(|rename| &*rename.alias.as_ref().unwrap_or(&rename.name).text == name)?;
+                find(&modules.list.get(to?)?.file.items, &there.name.text)
+            })
+        })
+    }
+
+    /// What a file that is imported under a name holds.
+    fn module(&self, name: &str) -> Option<&'a [Item]> {
+        let modules = &self.analysis.modules;
+        let to = modules
+            .list
+            .first()?
+            .imports()
+            .find_map(|(import, to)| import.alias.as_ref().filter(|alias| &*alias.text == name).and(to))?;
+        Some(&modules.list.get(to)?.file.items)
+    }
+
+    fn prefabs(&mut self) {
+        for (name, what) in self.visible() {
+            match what {
+                Visible::Prefab(decl) => self.call_of_prefab(name, decl, 1),
+                Visible::Module => {
+                    self.add(name, CompletionKind::Module, "an imported file", 3);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn call_of_prefab(&mut self, name: &str, decl: &ast::PrefabDecl, rank: u8) {
+        let needed = decl.params.iter().filter(|formal| formal.default.is_none());
+        let values: Vec<String> =
+            needed.enumerate().map(|(i, formal)| format!("{}: ${}", escape(&formal.name.text), i + 1)).collect();
+        let inside = if values.is_empty() { "$0".to_string() } else { values.join(", ") };
+        let about = decl.docs.as_deref().map_or(String::new(), |docs| format!("text {docs}"));
+        let entry = self.add(name, CompletionKind::Prefab, "a prefab", rank);
+        entry.snippet = format!("{} {{ {inside} }}", escape(name));
+        entry.about = about;
+    }
+
+    /// What the text declares that can be seen from where the cursor is.
+    fn visible(&self) -> Vec<(&'a str, Visible<'a>)> {
+        let mut found = Vec::new();
+        let at = self.at;
+        let holds = |span: Span| span.start <= at && at <= span.end;
+        declared(self.items, &mut found);
+        walk(self.items, &mut |seen| {
+            match seen {
+                Seen::Item(item) if !holds(item.span()) => return false,
+                Seen::Item(Item::Fn(decl)) => {
+                    found.extend(decl.params.iter().map(|formal| (&*formal.name.text, Visible::Value("a parameter"))));
+                    if let ast::FnBody::Block(block) = &decl.body {
+                        declared(&block.items, &mut found);
+                    }
+                }
+                Seen::Item(Item::Prefab(decl)) => {
+                    found.extend(decl.params.iter().map(|formal| (&*formal.name.text, Visible::Value("a parameter"))));
+                    decl.body.iter().for_each(|body| declared(&body.items, &mut found));
+                }
+                Seen::Item(Item::For(stmt)) => {
+                    if let Some(body) = stmt.body.as_ref().filter(|body| holds(body.span)) {
+                        declared(&body.items, &mut found);
+                    }
+                }
+                Seen::Item(Item::If(stmt)) => {
+                    let blocks = stmt.arms.iter().filter_map(|(_, block)| block.as_ref()).chain(&stmt.otherwise);
+                    blocks.filter(|block| holds(block.span)).for_each(|block| declared(&block.items, &mut found));
+                }
+                Seen::Node(node) => match &node.body {
+                    Some(body) if holds(body.span) => declared(&body.items, &mut found),
+                    _ => {}
+                },
+                Seen::Head(head) => {
+                    found.extend(head.names.iter().map(|name| (&*name.text, Visible::Value("of a loop"))));
+                }
+                _ => {}
+            }
+            true
+        });
+        found.retain(|(name, _)| *name != HERE);
+        found
+    }
+
+    /// What an imported file has for others.
+    fn offered_names(&mut self, token: Part<'a>) {
+        let Owner::Import(names) = owner(token) else { return };
+        let Some(import) = names.parent() else { return };
+        let start = import.span().start;
+        let modules = &self.analysis.modules;
+        let Some(own) = modules.list.first() else { return };
+        let Some((decl, Some(to))) = own.imports().find(|(decl, _)| decl.span.start == start) else { return };
+        let Some(module) = modules.list.get(to) else { return };
+        let taken: Vec<&str> = decl.names.iter().flatten().map(|rename| &*rename.name.text).collect();
+        let mut found = Vec::new();
+        declared(&module.file.items, &mut found);
+        for (name, what) in found {
+            if !name.starts_with('_') && !taken.contains(&name) {
+                let (kind, detail) = what.shown();
+                self.add(name, kind, detail, 1);
+            }
+        }
+    }
+
+    fn types(&mut self) {
+        for row in TYPES {
+            let entry = self.add(row.name, CompletionKind::Type, "a type", 1);
+            entry.about = format!("text {}", row.doc);
+        }
+    }
+
+    fn easings(&mut self) {
+        for name in ease::names() {
+            self.add(&name, CompletionKind::Word, "an easing", 1);
+        }
+        for (name, snippet) in [
+            ("cubic_bezier", "cubic_bezier(${1:0.4}, ${2:0}, ${3:0.2}, ${4:1})"),
+            ("steps", "steps(${1:4})"),
+            ("spring", "spring($0)"),
+        ] {
+            self.add(name, CompletionKind::Function, "an easing", 2).snippet = snippet.into();
+        }
+        for (name, what) in self.visible() {
+            if let Visible::Fn(_) = what {
+                self.add(name, CompletionKind::Function, "a function of your own", 1);
+            }
+        }
+    }
+
+    fn argument_names(&mut self, args: Part<'a>, with_colon: bool) {
+        let Some(name) = called(args) else { return };
+        let end = |name: &str| if with_colon { format!("{name}: ") } else { name.to_string() };
+        let given: Vec<&str> = args
+            .nodes()
+            .filter(|part| part.kind() == K::NamedArg && !(part.span().start <= self.at && self.at < part.span().end))
+            .filter_map(|part| part.first_token().map(Part::text))
+            .collect();
+        let mut names: Vec<(String, String)> = Vec::new();
+        if name == "keys" {
+            names = [
+                ("interpolate", "eased, linear, step, spline or hermite"),
+                ("outside", "hold, loop, pingpong, extend or error"),
+                ("space", "linear or oklch"),
+            ]
+            .map(|(name, detail)| (name.to_string(), detail.to_string()))
+            .into();
+        } else if let Some(Visible::Fn(decl)) =
+            self.visible().into_iter().find(|(own, _)| *own == name).map(|found| found.1)
+        {
+            names.extend(decl.params.iter().map(|formal| (formal.name.text.to_string(), String::new())));
+        } else if let Some(function) = builtin::find(name) {
+            names.extend(function.params.iter().map(|param| (param.name.to_string(), param.takes.to_string())));
+        }
+        for (name, detail) in names.iter().filter(|(name, _)| !given.contains(&name.as_str())) {
+            let text = end(name);
+            let entry = self.add(name, CompletionKind::Param, detail.clone(), 0);
+            (entry.snippet, entry.plain) = (escape(&text), text);
+        }
+    }
+
+    /// What may be a value here.
+    fn values(&mut self, token: Part<'a>) {
+        if let Some((base, _)) = token.text().rsplit_once('.') {
+            return self.members(base, token);
+        }
+        match slot(token) {
+            Slot::Ease => self.easings(),
+            Slot::Type => self.types(),
+            Slot::Like(kind) => {
+                let sort = kind.and_then(|kind| schema::kind(kind.text())).map(|kind| kind.sort);
+                self.names(
+                    |what| matches!(what, Visible::Node(Some(kind)) if sort.is_none_or(|sort| kind.sort == sort)),
+                    1,
+                );
+            }
+            Slot::Property { row: Some(row), inside, .. } => self.values_of(row, inside),
+            Slot::Property { .. } | Slot::KeyTime | Slot::Any => self.expressions(None),
+            Slot::Argument { args, index, name } => self.argument(args, index, name),
+        }
+    }
+
+    fn argument(&mut self, args: Part<'a>, index: usize, name: Option<&str>) {
+        let function = called(args);
+        let words: Vec<&str> = match (function, name) {
+            (Some("keys"), Some("interpolate")) => vec!["eased", "linear", "step", "spline", "hermite"],
+            (Some("keys"), Some("outside")) => vec!["hold", "loop", "pingpong", "extend", "error"],
+            (Some("keys"), Some("space")) => vec!["linear", "oklch"],
+            (Some(function), name) => {
+                let row = builtin::find(function);
+                let param = row.and_then(|row| match name {
+                    Some(name) => row.params.iter().find(|param| param.name == name),
+                    None if row.rest.is_some() => None,
+                    None => row.params.get(index),
+                });
+                param.map_or(&[][..], |param| param.words).iter().map(|word| word.name).collect()
+            }
+            _ => Vec::new(),
+        };
+        let only_words = !words.is_empty();
+        for word in words {
+            self.add(word, CompletionKind::Word, "", 0);
+        }
+        if name.is_none() {
+            self.argument_names(args, true);
+        }
+        if function == Some("mix") {
+            self.names(|what| matches!(what, Visible::Node(Some(kind)) if kind.sort == Sort::Material), 1);
+        }
+        if function != Some("keys") && !only_words {
+            self.expressions(None);
+        }
+    }
+
+    fn values_of(&mut self, row: &'static Property, inside: bool) {
+        match row.ty {
+            Type::Choice(words) => {
+                for word in words.iter().filter(|word| word.since == Since::Now) {
+                    let default = row.default == Default::Word(word.name);
+                    self.add(word.name, CompletionKind::Word, if default { "if nothing is said" } else { "" }, 0);
+                }
+                return;
+            }
+            Type::Bool => {
+                for word in ["true", "false"] {
+                    self.add(word, CompletionKind::Word, "", 0);
+                }
+            }
+            Type::Node(Sort::Material) => {
+                for kind in KINDS.iter().filter(|kind| kind.sort == Sort::Material && kind.since == Since::Now) {
+                    let first = kind.all().find(|row| matches!(row.name, "color" | "spectrum" | "ior"));
+                    let inside = first.map_or("$0".to_string(), |row| format!("{}: {}", row.name, placeholder(row)));
+                    let entry = self.add(kind.name, CompletionKind::Kind, "a material", 1);
+                    entry.snippet = format!("{} {{ {inside} }}", kind.name);
+                    entry.about = format!("kind {}", kind.name);
+                }
+                self.function("mix", 2);
+                self.names(|what| matches!(what, Visible::Node(Some(kind)) if kind.sort == Sort::Material), 0);
+                self.names(|what| matches!(what, Visible::Module | Visible::Prefab(_) | Visible::Value(_)), 3);
+                return;
+            }
+            Type::Node(sort) => {
+                self.names(|what| matches!(what, Visible::Node(Some(kind)) if kind.sort == sort), 0);
+                return;
+            }
+            Type::Placed => {
+                self.names(|what| matches!(what, Visible::Node(_)), 0);
+                self.function("node", 1);
+                return;
+            }
+            Type::Target => self.names(|what| matches!(what, Visible::Node(_)), 0),
+            Type::Color if !inside => {
+                let entry = self.add("#", CompletionKind::Value, "a colour, red green blue", 0);
+                (entry.snippet, entry.plain) = ("#${1:808080}".into(), "#808080".into());
+            }
+            Type::Text => {
+                let entry = self.add("\"\"", CompletionKind::Value, "text", 0);
+                entry.snippet = "\"$0\"".into();
+            }
+            _ => {}
+        }
+        if row.animatable && !inside {
+            self.keywords(&["keys"]);
+        }
+        self.expressions(Some(row));
+    }
+
+    /// Names, functions and what is always there, for an expression.
+    fn expressions(&mut self, row: Option<&'static Property>) {
+        self.names(|what| matches!(what, Visible::Value(_) | Visible::Module | Visible::Fn(_)), 2);
+        if row.is_none() {
+            self.names(|what| matches!(what, Visible::Node(_)), 3);
+        }
+        for (name, detail) in [("time", "seconds since the start"), ("frame", "time times fps")] {
+            if row.is_none_or(|row| row.animatable) {
+                self.add(name, CompletionKind::Value, detail, 3);
+            }
+        }
+        if row.is_none_or(|row| row.varies) {
+            for name in POINT_NAMES {
+                let entry = self.add(name, CompletionKind::Value, "of the point of a surface", 3);
+                entry.about = format!("word {name}");
+            }
+        }
+        let wanted = row.map(|row| gives(row.ty));
+        for function in BUILTINS {
+            let fits = wanted.is_some_and(|wanted| wanted.contains(&function.gives));
+            self.function(function.name, if fits { 3 } else { 5 });
+        }
+        self.keywords(&["if"]);
+    }
+
+    fn function(&mut self, name: &str, rank: u8) {
+        let Some(function) = builtin::find(name) else { return };
+        let snippet = call_snippet(function);
+        let entry =
+            self.add(name, CompletionKind::Function, format!("{} → {}", function.signature(), function.gives), rank);
+        (entry.snippet, entry.plain) = (snippet, name.to_string());
+        entry.about = format!("function {name}");
+    }
+
+    fn names(&mut self, wanted: impl Fn(&Visible<'a>) -> bool, rank: u8) {
+        for (name, what) in self.visible() {
+            if !wanted(&what) {
+                continue;
+            }
+            match what {
+                Visible::Fn(decl) => {
+                    let values: Vec<String> = decl
+                        .params
+                        .iter()
+                        .filter(|formal| formal.default.is_none())
+                        .enumerate()
+                        .map(|(i, formal)| format!("${{{}:{}}}", i + 1, escape(&formal.name.text)))
+                        .collect();
+                    let about = decl.docs.as_deref().map_or(String::new(), |docs| format!("text {docs}"));
+                    let entry = self.add(name, CompletionKind::Function, "a function", rank);
+                    entry.snippet = format!("{}({})", escape(name), values.join(", "));
+                    entry.about = about;
+                }
+                Visible::Prefab(decl) => self.call_of_prefab(name, decl, rank),
+                what => {
+                    let (kind, detail) = what.shown();
+                    self.add(name, kind, detail, rank);
+                }
+            }
+        }
+    }
+
+    /// What stands behind a `.`.
+    fn members(&mut self, base: &str, token: Part<'a>) {
+        if let Some(items) = self.module(base) {
+            let mut found = Vec::new();
+            declared(items, &mut found);
+            let as_kind = token.parent().is_some_and(|parent| parent.kind() == K::Node);
+            for (name, what) in found {
+                let fits = !as_kind || matches!(what, Visible::Prefab(_));
+                if fits && !name.starts_with('_') && !matches!(what, Visible::Module) {
+                    match what {
+                        Visible::Prefab(decl) => self.call_of_prefab(name, decl, 0),
+                        what => {
+                            let (kind, detail) = what.shown();
+                            self.add(name, kind, detail, 0);
+                        }
+                    }
+                }
+            }
+            return;
+        }
+        let node = self.visible().into_iter().find_map(|(name, what)| match what {
+            Visible::Node(Some(kind)) if name == base => Some(kind),
+            _ => None,
+        });
+        if let Some(kind) = node {
+            return self.properties(kind, &[], true);
+        }
+        for (name, detail) in [
+            ("x", "of a vector"),
+            ("y", "of a vector"),
+            ("z", "of a vector"),
+            ("r", "of a colour"),
+            ("g", "of a colour"),
+            ("b", "of a colour"),
+        ] {
+            self.add(name, CompletionKind::Property, detail, 0);
+        }
+    }
+
+    /// Behind a number.
+    fn units(&mut self, token: Part<'a>) {
+        let wanted: Option<Dimension> = match slot(token) {
+            Slot::Property { row: Some(row), .. } => match row.ty {
+                Type::Number(of, _) | Type::Vec2(of, _) | Type::Vec3(of, _) => Some(of),
+                Type::Target => Some(Dimension::LENGTH),
+                _ => None,
+            },
+            Slot::KeyTime => Some(Dimension::TIME),
+            _ => None,
+        };
+        let is_number = token.text().chars().next_back().is_some_and(|last| last.is_ascii_digit());
+        if token.kind() == K::Digits && !is_number {
+            return;
+        }
+        for (name, factor, of) in UNITS {
+            let rank = match wanted {
+                Some(wanted) if wanted == *of => 0,
+                Some(wanted) if !wanted.is_none() && UNITS.iter().any(|row| row.2 == wanted) => continue,
+                _ => 2,
+            };
+            let detail = match *name {
+                "f" => "a frame".to_string(),
+                _ => crate::dimension::show(*factor, *of),
+            };
+            self.add(name, CompletionKind::Unit, detail, rank);
+        }
+        if wanted.is_none_or(Dimension::is_none) {
+            self.add("%", CompletionKind::Unit, "a hundredth", 1);
+        }
+    }
+
+    /// Files, where a text names one.
+    fn paths(&mut self, token: Part<'a>) {
+        let import = token.parent().is_some_and(|parent| parent.kind() == K::ImportDecl);
+        let file = match slot(token) {
+            Slot::Property { name, .. } => matches!(name, "file" | "bake"),
+            Slot::Argument { args, .. } => matches!(called(args), Some("image" | "normal_map")),
+            _ => false,
+        };
+        if !import && !file {
+            return;
+        }
+        let start = token.span().start + 1;
+        let end = self.replace.end;
+        let source = &self.analysis.tree.source;
+        let typed = source.slice(Span::new(start.min(end), end));
+        let folder = typed.rsplit_once('/').map_or("", |(folder, _)| folder);
+        self.replace = Span::new(
+            end - (typed.len() - if folder.is_empty() && !typed.starts_with('/') { 0 } else { folder.len() + 1 })
+                as u32,
+            end,
+        );
+        if import {
+            for (path, _) in library::FILES {
+                match path.strip_prefix("std/") {
+                    Some(name) if folder == "std" => {
+                        self.add(name, CompletionKind::Module, "part of this program", 0);
+                    }
+                    Some(_) if folder.is_empty() => {
+                        self.add(path, CompletionKind::Module, "part of this program", 2);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let inside = match (folder.is_empty(), typed.starts_with('/')) {
+            (true, true) => "/x".to_string(),
+            (true, false) => "x".to_string(),
+            (false, _) => format!("{folder}/x"),
+        };
+        let Ok(path) = resolve(&source.name, &inside) else { return };
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        for name in self.files.names_in(folder) {
+            let ending = name.rsplit_once('.').map(|(stem, ending)| (stem.is_empty(), ending));
+            match ending {
+                _ if name.starts_with('.') => {}
+                None => {
+                    let entry = self.add(&name, CompletionKind::Folder, "", 1);
+                    (entry.snippet, entry.plain) = (format!("{}/", escape(&name)), format!("{name}/"));
+                }
+                Some((_, "kin")) if import => {
+                    self.add(&name, CompletionKind::File, "", 0);
+                }
+                Some((_, ending)) if !import && ASSETS.contains(&ending.to_ascii_lowercase().as_str()) => {
+                    self.add(&name, CompletionKind::File, "", 0);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Endings of the files that scenes read.
+const ASSETS: &[&str] = &["obj", "ply", "stl", "gltf", "glb", "png", "jpg", "jpeg", "webp", "exr", "hdr", "bake"];
+
+/// What a name is, seen from a place.
+#[derive(Clone, Copy)]
+enum Visible<'a> {
+    Value(&'static str),
+    Fn(&'a ast::FnDecl),
+    Prefab(&'a ast::PrefabDecl),
+    Node(Option<&'static Kind>),
+    Module,
+}
+
+impl Visible<'_> {
+    fn shown(&self) -> (CompletionKind, String) {
+        match self {
+            Visible::Value(what) => (CompletionKind::Value, (*what).to_string()),
+            Visible::Fn(_) => (CompletionKind::Function, "a function".into()),
+            Visible::Prefab(_) => (CompletionKind::Prefab, "a prefab".into()),
+            Visible::Node(kind) => {
+                (CompletionKind::Node, kind.map_or("a node", |kind| kind.sort.with_article()).into())
+            }
+            Visible::Module => (CompletionKind::Module, "an imported file".into()),
+        }
+    }
+}
+
+/// What a block declares.
+fn declared<'a>(items: &'a [Item], found: &mut Vec<(&'a str, Visible<'a>)>) {
+    for item in items {
+        let (name, what) = match item {
+            Item::Let(decl) => (&decl.name, Visible::Value("a value")),
+            Item::Param(decl) => (&decl.name, Visible::Value("a parameter of the scene")),
+            Item::Fn(decl) => (&decl.name, Visible::Fn(decl)),
+            Item::Prefab(decl) => (&decl.name, Visible::Prefab(decl)),
+            Item::Node(node) => (&node.name, Visible::Node(schema::kind(&kind_text(node)))),
+            Item::Import(import) => {
+                let names = import.names.iter().flatten();
+                found.extend(names.map(|rename| {
+                    let name = rename.alias.as_ref().unwrap_or(&rename.name);
+                    (&*name.text, Visible::Value("imported"))
+                }));
+                (&import.alias, Visible::Module)
+            }
+            _ => continue,
+        };
+        if let Some(name) = name.as_ref().filter(|name| !name.quoted) {
+            found.push((&name.text, what));
+        }
+    }
+}
+
+fn fits_inside(part: &Kind, parent: &Kind) -> bool {
+    match part.place {
+        Place::Inside([]) => parent.sort.is_placed(),
+        Place::Inside(kinds) => kinds.contains(&parent.name),
+        _ => false,
+    }
+}
+
+/// What functions give that a property of this type takes.
+fn gives(ty: Type) -> &'static [&'static str] {
+    match ty {
+        Type::Color => &["color", "texture"],
+        Type::Rotation => &["quat"],
+        Type::NormalMap => &["normal map", "normal_map"],
+        Type::Vec3(..) | Type::Target => &["vec3", "vector"],
+        Type::Number(..) | Type::Count => &["number", "float", "the same", "as a", "texture"],
+        Type::Points | Type::Pairs | Type::Indices => &["list"],
+        _ => &[],
+    }
+}
+
+fn escape(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('$', "\\$").replace('}', "\\}")
+}
+
+fn call_snippet(function: &Builtin) -> String {
+    let needed = function.params.iter().filter(|param| !param.optional);
+    let mut at = 0;
+    let mut next = || {
+        at += 1;
+        at
+    };
+    let mut parts: Vec<String> = Vec::new();
+    if function.rest.is_some() {
+        parts.push(format!("${}", next()));
+        parts.extend(needed.map(|param| format!("{}: ${}", param.name, next())));
+    } else {
+        parts.extend(needed.map(|param| format!("${{{}:{}}}", next(), param.name)));
+    }
+    format!("{}({})", function.name, parts.join(", "))
+}
+
+/// Type and default in a few words.
+fn detail_of(property: &Property) -> String {
+    let default = property.default_text().replace(['`', '*'], "");
+    let ty = property.type_text().replace('`', "");
+    match property.default {
+        Default::Computed => ty,
+        Default::Needed => format!("{ty}, needed"),
+        _ => format!("{ty} = {default}"),
+    }
+}
+
+fn placeholder(property: &Property) -> String {
+    placeholder_at(property, 1)
+}
+
+fn placeholder_at(property: &Property, stop: usize) -> String {
+    let default = property.default_text().replace(['`', '*'], "");
+    match (property.ty, property.default) {
+        (Type::Choice(words), _) => {
+            let words: Vec<&str> = words.iter().filter(|word| word.since == Since::Now).map(|word| word.name).collect();
+            format!("${{{stop}|{}|}}", words.join(","))
+        }
+        (Type::Text, _) => format!("\"${stop}\""),
+        (Type::Color, _) => format!("${{{stop}:#808080}}"),
+        (_, Default::Computed | Default::Needed | Default::Identity) => format!("${stop}"),
+        (_, Default::Number(value)) if !value.is_finite() => format!("${stop}"),
+        _ => format!("${{{stop}:{}}}", escape(&default)),
+    }
+}
+
+/// What is to be said about a suggestion, by its [`Completion::about`]. Markdown.
+pub fn document(about: &str) -> Option<String> {
+    let (what, rest) = about.split_once(' ')?;
+    match what {
+        "property" => {
+            let (kind, property) = rest.split_once(' ')?;
+            Some(super::hover::property(kind, schema::kind(kind)?.property(property)?))
+        }
+        "kind" => Some(super::hover::kind(schema::kind(rest)?)),
+        "function" => Some(super::hover::function(builtin::find(rest)?)),
+        "keyword" | "word" => super::hover::word(rest).map(str::to_string),
+        "text" => Some(rest.to_string()),
+        _ => None,
+    }
+}
