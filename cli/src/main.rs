@@ -13,6 +13,7 @@ mod flags;
 mod frames;
 #[cfg(feature = "render")]
 mod likeness;
+mod lsp;
 #[cfg(feature = "render")]
 mod memory;
 mod paths;
@@ -75,6 +76,7 @@ enum Command {
     #[cfg(feature = "render")]
     Diff(commands::diff::Args),
     New(commands::new::Args),
+    Lsp(lsp::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -125,6 +127,7 @@ fn run(command: Command) -> Outcome {
         #[cfg(feature = "render")]
         Command::Diff(args) => commands::diff::run(&args),
         Command::New(args) => commands::new::run(&args),
+        Command::Lsp(args) => lsp::run(&args),
         Command::Completions(args) => commands::completions::run(&args, Cli::command()),
         Command::Man(args) => commands::man::run(&args, Cli::command()),
     }

@@ -23,7 +23,7 @@ pub use folding::{Fold, FoldKind, folds};
 pub use hints::{Hint, HintKind, hints, watched};
 pub use hover::{Hover, hover};
 pub use names::{Declaration, Place, is_name};
-pub use outline::{Entry, outline};
+pub use outline::{Entry, What, outline};
 pub use paths::{PathAt, moved, paths};
 pub use selection::selection;
 pub use signature::{Signature, signature};
