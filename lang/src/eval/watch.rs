@@ -111,7 +111,8 @@ pub fn values_at(modules: &Arc<Modules>, overrides: &Overrides, spans: &[Span]) 
 impl Machine<'_> {
     fn shown(&mut self, value: Value, others: bool) -> Option<Watched> {
         let value = self.flatten(value);
-        if value.is_error() {
+        // What a node is, its text says better.
+        if value.is_error() || matches!(value, Value::Node(_) | Value::Inner(..) | Value::Texture(_) | Value::Word(_)) {
             return None;
         }
         if !points(&self.graph, &value).is_none() {
@@ -119,10 +120,7 @@ impl Machine<'_> {
         }
         let constant = Watched::Is(value.show(), others);
         if value.is_constant() {
-            return Some(match value {
-                Value::Node(id) => Watched::Is(self.describe(&Value::Node(id)), others),
-                _ => constant,
-            });
+            return Some(constant);
         }
         let (form, scalars): (Form, Vec<Scalar>) = match &value {
             Value::Number(number) => (Form::Number(number.dimension), vec![number.value]),

@@ -375,7 +375,19 @@ impl<'a> List<'a> {
             }
             true
         });
-        found.retain(|(name, _)| *name != HERE);
+        // What is being declared is not there yet.
+        let unfinished: Vec<&str> = self
+            .items
+            .iter()
+            .filter_map(|item| match item {
+                Item::Let(decl) if holds(decl.value.span) => decl.name.as_ref(),
+                Item::Param(decl) if holds(decl.value.span) => decl.name.as_ref(),
+                Item::Node(node) if node.like.as_ref().is_some_and(|like| holds(like.span)) => node.name.as_ref(),
+                _ => None,
+            })
+            .map(|name| &*name.text)
+            .collect();
+        found.retain(|(name, _)| *name != HERE && !unfinished.contains(name));
         found
     }
 
@@ -738,7 +750,7 @@ impl<'a> List<'a> {
         for name in self.files.names_in(folder) {
             let ending = name.rsplit_once('.').map(|(stem, ending)| (stem.is_empty(), ending));
             match ending {
-                _ if name.starts_with('.') => {}
+                _ if name.starts_with('.') || path_of(folder, &name) == *source.name => {}
                 None => {
                     let entry = self.add(&name, CompletionKind::Folder, "", 1);
                     (entry.snippet, entry.plain) = (format!("{}/", escape(&name)), format!("{name}/"));
@@ -753,6 +765,10 @@ impl<'a> List<'a> {
             }
         }
     }
+}
+
+fn path_of(folder: &str, name: &str) -> String {
+    if folder.is_empty() { name.to_string() } else { format!("{folder}/{name}") }
 }
 
 /// Endings of the files that scenes read.

@@ -110,7 +110,12 @@ fn path(analysis: &Analysis, token: Part<'_>, offset: u32) -> Option<Hover> {
     if let Some(found) = name(analysis, offset, value) {
         return Some(found);
     }
-    let text = token.text();
+    // Of several names the one at the offset; what stands behind a `.` is a field, which says nothing by itself.
+    let before = token.text().get(..(offset.saturating_sub(token.span().start) as usize)).unwrap_or_default();
+    let text = match (token.text().split_once('.'), before.contains('.')) {
+        (Some((first, _)), false) => first,
+        _ => token.text(),
+    };
     if of_node {
         return schema::kind(text).and_then(|row| said(kind(row)));
     }

@@ -51,7 +51,10 @@ impl<'a> Declaration<'a> {
 
     /// What is written, in one line and without bodies.
     pub fn line(&self, texts: &Texts) -> String {
-        let text = |span: Span| texts.slice(span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let text = |span: Span| {
+            let line = texts.slice(span).split_whitespace().collect::<Vec<_>>().join(" ");
+            line.replace("( ", "(").replace(", )", ")").replace(" )", ")")
+        };
         let short = |span: Span| {
             let text = text(span);
             match text.char_indices().nth(90) {
