@@ -22,12 +22,14 @@ pub struct Document {
     pub analysis: Option<Analysis>,
     /// What is wrong with it, since the last change of any file.
     pub findings: Option<Arc<Findings>>,
+    /// Frames a second and seconds, as they were when there was a scene last.
+    pub clock: Option<(f64, f64)>,
 }
 
 impl Document {
     pub fn new(uri: Uri, path: PathBuf, version: i32, text: &str) -> Document {
         let source = Source::new(FileId(0), "", text);
-        Document { uri, path, version, source, analysis: None, findings: None }
+        Document { uri, path, version, source, analysis: None, findings: None, clock: None }
     }
 
     /// Takes changes in their order, each as seen after the one before.

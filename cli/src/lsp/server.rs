@@ -404,13 +404,16 @@ impl<'c> Server<'c> {
     fn findings(&mut self, uri: &str) -> Option<Arc<Findings>> {
         let document = self.documents.get_mut(uri)?;
         if document.findings.is_none() {
-            document.findings = Some(Arc::new(diagnose(&document.path, &self.open, &self.cache)));
+            let found = diagnose(&document.path, &self.open, &self.cache);
+            document.clock = found.clock.or(document.clock);
+            document.findings = Some(Arc::new(found));
         }
         document.findings.clone()
     }
 
     fn clock(&mut self, uri: &lsp::Uri) -> Option<(f64, f64)> {
-        self.findings(uri.as_str())?.clock
+        self.findings(uri.as_str());
+        self.documents.get(uri.as_str())?.clock
     }
 
     fn answer(&mut self, request: Request) -> Response {

@@ -277,3 +277,661 @@ macro_rules! typed {
 
 // In parts, so that they run side by side.
 typed!(examples_are_typed_1 0, examples_are_typed_2 1, examples_are_typed_3 2, examples_are_typed_4 3);
+
+/// A project of some files on the disk.
+struct Files {
+    folder: tempfile::TempDir,
+}
+
+impl Files {
+    fn new(files: &[(&str, &str)]) -> Files {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        Files { folder }
+    }
+
+    fn uri(&self, name: &str) -> String {
+        uri(&self.folder.path().canonicalize().unwrap().join(name))
+    }
+}
+
+/// A text with `|` where the cursor is: the text without it, and the offset.
+fn cursor(text: &str) -> (String, usize) {
+    let at = text.find('|').unwrap();
+    (text.replacen('|', "", 1), at)
+}
+
+fn at(editor: &Editor, uri: &str, text: &str, offset: usize) -> Value {
+    json!({ "textDocument": { "uri": uri }, "position": editor.place(text, offset) })
+}
+
+/// Asks at the cursor of a text that is not saved.
+fn ask_at(method: &str, text: &str) -> Value {
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), true);
+    let (text, offset) = cursor(text);
+    let uri = files.uri("scene.kin");
+    editor.open(&uri, &text);
+    let answer = editor.ask(method, at(&editor, &uri, &text, offset)).unwrap();
+    editor.check_all(&text, &answer);
+    editor.finish();
+    answer
+}
+
+fn labels(text: &str) -> Vec<String> {
+    let list = ask_at("textDocument/completion", text);
+    list.as_array().unwrap().iter().map(|item| item["label"].as_str().unwrap().to_string()).collect()
+}
+
+#[track_caller]
+fn offers(text: &str, wanted: &[&str], unwanted: &[&str]) {
+    let found = labels(text);
+    for word in wanted {
+        assert!(found.iter().any(|label| label == word), "no {word} in {found:?}");
+    }
+    for word in unwanted {
+        assert!(!found.iter().any(|label| label == word), "{word} in {found:?}");
+    }
+}
+
+#[test]
+fn suggestions() {
+    offers(
+        "lang 1\nsphere ball { radius: 1m, ma| }",
+        &["material", "position", "rigid_body", "let"],
+        &["radius", "sphere", "fov"],
+    );
+    offers("lang 1\n|", &["sphere", "camera", "render", "prefab", "import"], &["rigid_body", "radius"]);
+    offers("lang 1\nrender { view: | }", &["bvh", "normal"], &["sphere", "time"]);
+    offers("lang 1\nmetal gold { }\nsphere ball { material: | }", &["gold", "diffuse", "mix"], &["time", "sin"]);
+    offers("lang 1\ncamera main { fov: 4| }", &["deg", "rad"], &["m", "s"]);
+    offers(
+        "lang 1\nsphere ball { position: keys { 0s: (0, 0, 0) 1s: (1, 0, 0) ease | } }",
+        &["in_out_cubic", "linear"],
+        &["time"],
+    );
+    offers(
+        "lang 1\nsphere ball { position: keys(interpolate: |) { 0s: (0, 0, 0) } }",
+        &["spline", "hermite"],
+        &["time"],
+    );
+    offers(
+        "lang 1\nimport \"std/metals\" as metals\nsphere ball { material: metals.| }",
+        &["gold", "copper"],
+        &["diffuse"],
+    );
+    offers("lang 1\nimport { | } from \"std/glass\"", &["water", "diamond"], &["gold"]);
+    offers("lang 1\nimport \"std/|\"", &["metals", "studio"], &[]);
+    offers(
+        "lang 1\nprefab tower(height: length, steps = 3) { box { } }\ntower { steps: 2, | }",
+        &["height"],
+        &["steps", "radius"],
+    );
+    offers("lang 1\nfn f(width, depth) = w|", &["width", "depth", "sin"], &["f_of"]);
+    offers("lang 1\nparam size: | = 1m", &["length", "color"], &["sphere"]);
+    offers("lang 1\ncamera near { }\nrender { camera: | }", &["near"], &["sin"]);
+    offers("lang 1\nlet a = clamp(1, |)", &["low", "high", "time"], &[]);
+    offers("lang 1\nfor i in 0..3 { sphere { radius: | } }", &["i", "time", "keys"], &[]);
+    for nothing in
+        ["lang 1\n// a |comment", "lang 1\nlet a = \"te|xt\"", "lang 1\nsphere b { material: diffuse { color: #f| } }"]
+    {
+        assert_eq!(labels(nothing), Vec::<String>::new(), "{nothing}");
+    }
+}
+
+#[test]
+fn suggestions_are_snippets_with_units_and_say_more_when_asked() {
+    let list = ask_at("textDocument/completion", "lang 1\nsphere ball { rad| }");
+    let radius = list.as_array().unwrap().iter().find(|item| item["label"] == "radius").unwrap().clone();
+    assert_eq!(radius["textEdit"]["newText"], "radius: ${1:1m}");
+    assert_eq!(
+        radius["textEdit"]["range"],
+        json!({ "start": { "line": 1, "character": 14 }, "end": { "line": 1, "character": 17 } })
+    );
+    assert_eq!(radius["detail"], "length = 1m");
+    let mut editor = Editor::new(Path::new("/"), false);
+    let full = editor.ask("completionItem/resolve", radius).unwrap();
+    assert!(full["documentation"]["value"].as_str().unwrap().contains("**sphere.radius**"), "{full}");
+    editor.finish();
+}
+
+#[track_caller]
+fn hovers(text: &str, wanted: &[&str]) {
+    let answer = ask_at("textDocument/hover", text);
+    let found = answer["contents"]["value"].as_str().unwrap_or_default();
+    for part in wanted {
+        assert!(found.contains(part), "no {part:?} in {found:?} of {text:?}");
+    }
+}
+
+#[test]
+fn what_stands_here() {
+    hovers(
+        "lang 1\nsphere ball { rad|ius: 2 * 25cm }",
+        &["**sphere.radius**", "length", "`1m`", "above 0", "time", "= `0.5m`"],
+    );
+    hovers("lang 1\nsph|ere ball { }", &["**sphere**", "a shape"]);
+    hovers(
+        "lang 1\n/// How wide.\nlet width = 2m / 4\nbox b { size: (wid|th, 1, 1) }",
+        &["let width = 2m / 4", "How wide.", "= `0.5m`"],
+    );
+    hovers(
+        "lang 1\nrender { duration: 2s }\ncamera main { }\nsky { color: #fff }\nlet up = 3m * (time / 1s)\nsphere b { position: (0, u|p, 0) }",
+        &["`0m` at 0s", "`6m` at 2s"],
+    );
+    hovers("lang 1\nlet a = cla|mp(5, 0, 1)", &["clamp(x, low, high)", "= `1`"]);
+    hovers("lang 1\nlet a = 9|0deg", &["an angle", "90deg"]);
+    hovers("lang 1\nlet a = 5|0cm", &["a length", "0.5m"]);
+    hovers(
+        "lang 1\nsphere b { material: diffuse { color: #ff|8000 } }",
+        &["rgb(255, 128, 0)", "linear(1.0000, 0.2159, 0.0000)"],
+    );
+    hovers("lang 1\nrender { view: b|vh }", &["**render.view**", "bvh"]);
+    hovers("lang 1\nfor i in 0..3 { sphere { radius: (i| + 1) * 1m } }", &["for i in 0..3"]);
+    hovers("lang 1\nsphere b { radius: ti|me * 1m/s }", &["seconds since"]);
+    hovers("lang 1\nimport { gold } from \"std/metals\"\nsphere b { material: go|ld }", &["gold", "in `std/metals`"]);
+}
+
+#[test]
+fn names_lead_to_their_declarations() {
+    let files = Files::new(&[
+        ("kinora.toml", ""),
+        (
+            "lib/shapes.kin",
+            "lang 1\n/// A tower.\nprefab tower(height: length = 2m) { box { size: (1m, height, 1m) } }\nmetal gold { }\n",
+        ),
+        (
+            "scenes/other.kin",
+            "lang 1\nimport \"../lib/shapes.kin\" as shapes\ncamera main { }\nsky { }\nshapes.tower { height: 1m }\n",
+        ),
+    ]);
+    let text = "lang 1\nimport { tower, gold as aurum } from \"../lib/shapes.kin\"\ncamera main { }\nsky { }\ntower { height: 3m }\nsphere ball { material: aurum }\n";
+    let (scene, lib, other) = (files.uri("scenes/a.kin"), files.uri("lib/shapes.kin"), files.uri("scenes/other.kin"));
+    for utf8 in [false, true] {
+        let mut editor = Editor::new(files.folder.path(), utf8);
+        editor.open(&scene, text);
+        let mut leads = |word: &str, nth: usize, to: &str, line: u64, character: u64| {
+            let offset = text.match_indices(word).nth(nth).unwrap().0 + 1;
+            let params = at(&editor, &scene, text, offset);
+            let found = editor.ask("textDocument/definition", params).unwrap();
+            assert_eq!(found["uri"], *to, "{word}");
+            assert_eq!(found["range"]["start"], json!({ "line": line, "character": character }), "{word}");
+        };
+        leads("tower", 1, &lib, 2, 7);
+        leads("tower", 0, &lib, 2, 7);
+        leads("height", 0, &lib, 2, 13);
+        leads("aurum", 1, &lib, 3, 6);
+        leads("../lib", 0, &lib, 0, 0);
+        // From the file that declares it, all files of the project, open or not.
+        let mut params = at(&editor, &scene, text, text.rfind("tower").unwrap() + 2);
+        params["context"] = json!({ "includeDeclaration": false });
+        let found = editor.ask("textDocument/references", params).unwrap();
+        let found: Vec<String> = found
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|place| {
+                let uri = place["uri"].as_str().unwrap();
+                format!(
+                    "{}:{}:{}",
+                    uri.rsplit('/').next().unwrap(),
+                    place["range"]["start"]["line"],
+                    place["range"]["start"]["character"]
+                )
+            })
+            .collect();
+        assert_eq!(found, ["a.kin:1:9", "a.kin:4:0", "other.kin:4:7"]);
+        let symbols = editor.ask("workspace/symbol", json!({ "query": "twr" })).unwrap();
+        assert_eq!(symbols[0]["name"], "tower");
+        assert_eq!(symbols[0]["location"]["uri"], *lib);
+        let _ = &other;
+        editor.finish();
+    }
+}
+
+/// A workspace edit carried out on these texts.
+fn carried_out(editor: &Editor, edit: &Value, texts: &mut [(String, String)]) {
+    for change in edit["documentChanges"].as_array().unwrap() {
+        let uri = change["textDocument"]["uri"].as_str().unwrap();
+        let (_, text) = texts.iter_mut().find(|(own, _)| own == uri).unwrap();
+        *text = edited(editor, text, &change["edits"]);
+    }
+}
+
+/// Edits carried out on a text, as an editor does it.
+fn edited(editor: &Editor, text: &str, edits: &Value) -> String {
+    let offset = |place: &Value| {
+        let line = place["line"].as_u64().unwrap() as usize;
+        let start: usize = text.split_inclusive('\n').take(line).map(str::len).sum();
+        let mut left = place["character"].as_u64().unwrap() as usize;
+        let mut at = start;
+        for letter in text[start..].chars() {
+            if left == 0 {
+                break;
+            }
+            left -= if editor.utf8 { letter.len_utf8() } else { letter.len_utf16() };
+            at += letter.len_utf8();
+        }
+        at
+    };
+    let mut spans: Vec<(usize, usize, &str)> = edits
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|edit| {
+            let range = &edit["range"];
+            (offset(&range["start"]), offset(&range["end"]), edit["newText"].as_str().unwrap())
+        })
+        .collect();
+    spans.sort();
+    let mut result = text.to_string();
+    for (start, end, new) in spans.into_iter().rev() {
+        result.replace_range(start..end, new);
+    }
+    result
+}
+
+#[test]
+fn renamed_across_files() {
+    let lib = "lang 1\n/// 😀 A tower.\nprefab tower(height: length = 2m) { box { size: (1m, height, 1m) } }\nmetal gold { }\n";
+    let other = "lang 1\nimport \"shapes.kin\" as shapes\ncamera main { }\nsky { }\nshapes.tower { height: 1m }\nbox tower { }\n";
+    let text = "lang 1\nimport { tower, gold as aurum } from \"shapes.kin\"\ncamera main { }\nsky { }\n/* 😀 */ tower { height: 3m }\nsphere ball { material: aurum }\nsphere spire { }\n";
+    let files = Files::new(&[("kinora.toml", ""), ("shapes.kin", lib), ("other.kin", other), ("a.kin", text)]);
+    for utf8 in [false, true] {
+        let mut editor = Editor::new(files.folder.path(), utf8);
+        let scene = files.uri("a.kin");
+        editor.open(&scene, text);
+        let mut rename = |word: &str, new: &str| {
+            let offset = text.rfind(word).unwrap() + 1;
+            let mut params = at(&editor, &scene, text, offset);
+            let prepared = editor.ask("textDocument/prepareRename", params.clone()).unwrap();
+            assert_eq!(prepared["placeholder"], *word);
+            params["newName"] = json!(new);
+            let edit = editor.ask("textDocument/rename", params)?;
+            let mut texts: Vec<(String, String)> = [("a.kin", text), ("other.kin", other), ("shapes.kin", lib)]
+                .map(|(name, text)| (files.uri(name), text.to_string()))
+                .into();
+            carried_out(&editor, &edit, &mut texts);
+            Ok::<_, String>(texts.map_texts())
+        };
+        let [scene_now, other_now, lib_now] = rename("tower", "minaret").unwrap();
+        assert!(
+            scene_now.contains("import { minaret, gold") && scene_now.contains("minaret { height: 3m }"),
+            "{scene_now}"
+        );
+        assert!(other_now.contains("shapes.minaret { height") && other_now.contains("box tower { }"), "{other_now}");
+        assert!(lib_now.contains("prefab minaret(height"), "{lib_now}");
+        let [scene_now, other_now, lib_now] = rename("height", "tall").unwrap();
+        assert!(scene_now.contains("tower { tall: 3m }") && other_now.contains("tower { tall: 1m }"));
+        assert!(lib_now.contains("tower(tall: length = 2m) { box { size: (1m, tall, 1m) } }"), "{lib_now}");
+        // A name that an import gives is changed where it is given.
+        let [scene_now, other_now, lib_now] = rename("aurum", "or").unwrap();
+        assert!(scene_now.contains("gold as or }") && scene_now.contains("material: or }"), "{scene_now}");
+        assert_eq!((other_now.as_str(), lib_now.as_str()), (other, lib));
+        for (word, new) in
+            [("tower", "sphere"), ("tower", "1st"), ("tower", "let"), ("ball", "spire"), ("tower", "gold")]
+        {
+            assert!(rename(word, new).is_err(), "{word} to {new}");
+        }
+        let kind = at(&editor, &scene, text, text.find("sphere").unwrap() + 1);
+        assert!(editor.ask("textDocument/prepareRename", kind).is_err());
+        editor.finish();
+    }
+}
+
+trait MapTexts {
+    fn map_texts(self) -> [String; 3];
+}
+
+impl MapTexts for Vec<(String, String)> {
+    fn map_texts(self) -> [String; 3] {
+        let texts: Vec<String> = self.into_iter().map(|(_, text)| text).collect();
+        texts.try_into().unwrap()
+    }
+}
+
+#[test]
+fn files_that_move_are_found_again() {
+    let text =
+        "lang 1\nimport \"../lib/shapes.kin\" as s\nmesh m { file: \"/meshes/a.obj\" }\nmesh n { file: \"b.obj\" }\n";
+    let files = Files::new(&[
+        ("kinora.toml", ""),
+        ("lib/shapes.kin", "lang 1\nmetal gold { }\n"),
+        ("scenes/a.kin", text),
+        ("scenes/b.obj", ""),
+    ]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let scene = files.uri("scenes/a.kin");
+    let mut moved = |from: &str, to: &str| {
+        let renamed = json!({ "oldUri": files.uri(from), "newUri": files.uri(to) });
+        let edit = editor.ask("workspace/willRenameFiles", json!({ "files": [renamed] })).unwrap();
+        let mut texts = vec![(scene.clone(), text.to_string())];
+        carried_out(&editor, &edit, &mut texts);
+        texts.remove(0).1
+    };
+    assert!(moved("lib/shapes.kin", "lib/forms.kin").contains("\"../lib/forms.kin\""));
+    assert!(moved("lib", "parts").contains("\"../parts/shapes.kin\""));
+    assert!(moved("meshes", "models").contains("\"/models/a.obj\""));
+    let now = moved("scenes/a.kin", "a.kin");
+    assert!(
+        now.contains("import \"lib/shapes.kin\"")
+            && now.contains("\"/meshes/a.obj\"")
+            && now.contains("\"scenes/b.obj\""),
+        "{now}"
+    );
+    assert_eq!(moved("scenes", "films"), text);
+    editor.finish();
+}
+
+#[test]
+fn findings_come_and_go_with_the_text() {
+    let files = Files::new(&[("kinora.toml", ""), ("lib.kin", "lang 1\nmetal gold { }\n")]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let uri = files.uri("scene.kin");
+    let scene = |more: &str| {
+        format!(
+            "lang 1\nimport {{ gold }} from \"lib.kin\"\ncamera main {{ position: (0, 0, 4) }}\nsky {{ color: #fff }}\n{more}"
+        )
+    };
+    let text = scene("/* 😀 */ sphere ball { raduis: 1, material: gold }\n");
+    editor.open(&uri, &text);
+    let found = editor.findings(&uri, 1);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(
+        (&found[0]["code"], &found[0]["severity"], &found[0]["source"]),
+        (&json!("E0201"), &json!(1), &json!("kinora"))
+    );
+    let start = editor.place(&text, text.find("raduis").unwrap());
+    assert_eq!(found[0]["range"]["start"], start);
+    assert!(found[0]["message"].as_str().unwrap().contains("unknown property `raduis`"));
+    assert!(found[0]["codeDescription"]["href"].as_str().unwrap().contains("E0201"));
+    // The fix that belongs to it.
+    let range = found[0]["range"].clone();
+    let params = json!({ "textDocument": { "uri": uri }, "range": range, "context": { "diagnostics": found } });
+    let actions = editor.ask("textDocument/codeAction", params).unwrap();
+    assert_eq!((&actions[0]["kind"], &actions[0]["isPreferred"]), (&json!("quickfix"), &json!(true)));
+    let mut texts = vec![(uri.clone(), text.clone())];
+    carried_out(&editor, &actions[0]["edit"], &mut texts);
+    assert_eq!(texts[0].1, text.replace("raduis", "radius"));
+    assert_eq!(actions[0]["edit"]["documentChanges"][0]["textDocument"]["version"], 1);
+    let params = json!({ "textDocument": { "uri": uri }, "range": range, "context": { "diagnostics": [], "only": ["source.fixAll"] } });
+    let all = editor.ask("textDocument/codeAction", params).unwrap();
+    assert_eq!(all.as_array().unwrap().len(), 1);
+    editor.change(&uri, 2, &texts[0].1);
+    assert_eq!(editor.findings(&uri, 2), Vec::<Value>::new());
+    // What is open counts, saved or not: the import loses its name.
+    let lib = files.uri("lib.kin");
+    editor.said.clear();
+    editor.open(&lib, "lang 1\nmetal silver { }\n");
+    let found = editor.findings(&uri, 2);
+    assert_eq!(found[0]["code"], "E0706");
+    editor.said.clear();
+    editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": lib } }));
+    assert_eq!(editor.findings(&uri, 2), Vec::<Value>::new());
+    // A warning can be allowed.
+    let text = scene("let unused = 3\nsphere ball { material: gold }\n");
+    editor.change(&uri, 3, &text);
+    let found = editor.findings(&uri, 3);
+    assert_eq!(
+        (&found[0]["code"], &found[0]["severity"], &found[0]["tags"]),
+        (&json!("W0201"), &json!(2), &json!([1]))
+    );
+    let params =
+        json!({ "textDocument": { "uri": uri }, "range": found[0]["range"], "context": { "diagnostics": [] } });
+    let actions = editor.ask("textDocument/codeAction", params).unwrap();
+    let allow =
+        actions.as_array().unwrap().iter().find(|action| action["title"] == "allow W0201 here").unwrap().clone();
+    let mut texts = vec![(uri.clone(), text)];
+    carried_out(&editor, &allow["edit"], &mut texts);
+    editor.change(&uri, 4, &texts[0].1);
+    assert_eq!(editor.findings(&uri, 4), Vec::<Value>::new());
+    // Closed, nothing is wrong with it any more.
+    editor.said.clear();
+    editor.change(&uri, 5, "lang 1\nsphere {");
+    assert_ne!(editor.findings(&uri, 5), Vec::<Value>::new());
+    editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": uri } }));
+    let _ = editor.ask("workspace/symbol", json!({ "query": "" })).unwrap();
+    let last = editor.said.iter().rev().find(|message| message.params["uri"] == *uri).unwrap();
+    assert_eq!(last.params["diagnostics"], json!([]));
+    editor.finish();
+}
+
+#[test]
+fn findings_in_an_imported_file_are_said_there() {
+    let files = Files::new(&[("kinora.toml", ""), ("lib.kin", "lang 1\nmetal gold { colour: #fff }\n")]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let uri = files.uri("scene.kin");
+    editor.open(
+        &uri,
+        "lang 1\nimport { gold } from \"lib.kin\"\ncamera main { }\nsky { }\nsphere b { material: gold }\n",
+    );
+    editor.findings(&uri, 1);
+    let lib = files.uri("lib.kin");
+    let is_it = |message: &&Notification| message.params["uri"] == *lib;
+    let of_lib = loop {
+        match editor.said.iter().rev().find(is_it) {
+            Some(found) => break found.params.clone(),
+            None => {
+                let _ = editor.ask("workspace/symbol", json!({ "query": "" }));
+            }
+        }
+    };
+    assert_eq!(of_lib["diagnostics"][0]["code"], "E0201");
+    editor.finish();
+}
+
+#[test]
+fn findings_can_be_asked_for() {
+    let files = Files::new(&[("kinora.toml", "")]);
+    let more = json!({ "textDocument": { "diagnostic": {} } });
+    let mut editor = Editor::with(files.folder.path(), false, more);
+    assert!(editor.greeting["capabilities"]["diagnosticProvider"].is_object());
+    let uri = files.uri("scene.kin");
+    editor.open(&uri, "lang 1\nsphere b { raduis: 1 }\ncamera c { }\nsky { }\n");
+    let report = editor.ask("textDocument/diagnostic", json!({ "textDocument": { "uri": uri } })).unwrap();
+    assert_eq!((&report["kind"], &report["items"][0]["code"]), (&json!("full"), &json!("E0201")));
+    assert!(editor.said.is_empty(), "{:?}", editor.said);
+    editor.finish();
+}
+
+#[test]
+fn laid_out_as_fmt_does() {
+    let text =
+        "lang 1\nsphere  ball{radius :50cm ;\n  material: diffuse{color:#FFF}}\n// 😀 stays\nlet  a=1\nlet b = 2\n";
+    let files = Files::new(&[("kinora.toml", "")]);
+    for utf8 in [false, true] {
+        let mut editor = Editor::new(files.folder.path(), utf8);
+        let uri = files.uri("scene.kin");
+        editor.open(&uri, text);
+        let options = json!({ "tabSize": 4, "insertSpaces": true });
+        let edits = editor
+            .ask("textDocument/formatting", json!({ "textDocument": { "uri": uri }, "options": options }))
+            .unwrap();
+        let tree = kinora_lang::parse(&kinora_lang::source::Source::new(Default::default(), "scene.kin", text));
+        let expected = kinora_lang::format::format(&tree).unwrap();
+        assert_eq!(edited(&editor, text, &edits), expected);
+        // Lines that stay are not touched.
+        let last = edits.as_array().unwrap().last().unwrap();
+        assert_eq!(last["range"]["end"], json!({ "line": 5, "character": 0 }));
+        // One line alone.
+        let range = json!({ "start": { "line": 4, "character": 0 }, "end": { "line": 4, "character": 3 } });
+        let params = json!({ "textDocument": { "uri": uri }, "range": range, "options": options });
+        let edits = editor.ask("textDocument/rangeFormatting", params).unwrap();
+        assert_eq!(edited(&editor, text, &edits), text.replace("let  a=1", "let a = 1"));
+        // A text with mistakes stays; a brace that was just typed finds its column.
+        let broken = "lang 1\ngroup g {\n    sphere b {\n        radius: 1m\n        }\n";
+        editor.change(&uri, 2, broken);
+        let edits = editor
+            .ask("textDocument/formatting", json!({ "textDocument": { "uri": uri }, "options": options }))
+            .unwrap();
+        assert_eq!(edits, json!([]));
+        let mut params = at(&editor, &uri, broken, broken.rfind('}').unwrap() + 1);
+        params["ch"] = json!("}");
+        params["options"] = options;
+        let edits = editor.ask("textDocument/onTypeFormatting", params).unwrap();
+        assert_eq!(edited(&editor, broken, &edits), broken.replace("        }", "    }"));
+        editor.finish();
+    }
+}
+
+#[test]
+fn calls_say_what_they_take() {
+    let help = ask_at("textDocument/signatureHelp", "lang 1\nlet a = clamp(1, m|)");
+    assert_eq!(help["signatures"][0]["label"], "clamp(x: number, low: number, high: number) -> the same");
+    assert_eq!(help["signatures"][0]["activeParameter"], 1);
+    let help = ask_at(
+        "textDocument/signatureHelp",
+        "lang 1\n/// Twice.\nfn twice(x: length, times = 2) -> length = x * times\nlet a = twice(times: 3|)",
+    );
+    assert_eq!(help["signatures"][0]["label"], "twice(x: length, times = 2) -> length");
+    assert_eq!(help["signatures"][0]["activeParameter"], 1);
+    let help = ask_at("textDocument/signatureHelp", "lang 1\nlet a = min(max(1, 2), |)");
+    assert!(help["signatures"][0]["label"].as_str().unwrap().starts_with("min("));
+    assert_eq!(ask_at("textDocument/signatureHelp", "lang 1\nlet a = clamp(1, 2, 3)|"), Value::Null);
+}
+
+#[test]
+fn hints_colours_and_the_rest() {
+    let text = "lang 1\nimport \"std/metals\" as metals\nimport \"std/glass\" as glass\n\n// One\n// two.\nlet half = 3m / 2\nlet red = mix(#ff0000, half, 0.5)\nsphere ball {\n    radius: clamp(half, 1m, 2m)\n    position: keys {\n        0s: (0, 0, 0)\n        1s: (1, 0, 0) ease out_bounce\n    }\n    material: diffuse { color: linear(0.5, 0.25, 1) }\n}\n";
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), true);
+    let uri = files.uri("scene.kin");
+    editor.open(&uri, text);
+    let document = json!({ "uri": uri });
+    let all = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
+    let hints = editor.ask("textDocument/inlayHint", json!({ "textDocument": document, "range": all })).unwrap();
+    let shown: Vec<&str> = hints.as_array().unwrap().iter().map(|hint| hint["label"].as_str().unwrap()).collect();
+    assert!(shown.contains(&"= 1.5m") && shown.contains(&"low:") && shown.contains(&"high:"), "{shown:?}");
+    assert_eq!(shown.iter().filter(|hint| hint.contains('▁')).count(), 1, "{shown:?}");
+    let colors = editor.ask("textDocument/documentColor", json!({ "textDocument": document })).unwrap();
+    assert_eq!(colors.as_array().unwrap().len(), 2);
+    assert_eq!(colors[0]["color"], json!({ "red": 1.0, "green": 0.0, "blue": 0.0, "alpha": 1.0 }));
+    let params = json!({ "textDocument": document, "color": colors[1]["color"], "range": colors[1]["range"] });
+    let spelled = editor.ask("textDocument/colorPresentation", params).unwrap();
+    assert_eq!(spelled[0]["label"], "linear(0.5, 0.25, 1)");
+    assert_eq!(spelled[1]["label"], "#bc89ff");
+    let folds = editor.ask("textDocument/foldingRange", json!({ "textDocument": document })).unwrap();
+    let lines: Vec<(u64, u64)> = folds
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|fold| (fold["startLine"].as_u64().unwrap(), fold["endLine"].as_u64().unwrap()))
+        .collect();
+    assert_eq!(lines, [(1, 2), (4, 5), (8, 14), (10, 12)]);
+    let symbols = editor.ask("textDocument/documentSymbol", json!({ "textDocument": document })).unwrap();
+    let names: Vec<&str> = symbols.as_array().unwrap().iter().map(|symbol| symbol["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["metals", "glass", "half", "red", "ball"]);
+    assert_eq!(symbols[4]["children"][0]["name"], "position");
+    let positions = json!([editor.place(text, text.find("half, 1m").unwrap() + 1)]);
+    let selection =
+        editor.ask("textDocument/selectionRange", json!({ "textDocument": document, "positions": positions })).unwrap();
+    let mut sizes = Vec::new();
+    let mut around = &selection[0];
+    while around.is_object() {
+        sizes.push(around["range"].clone());
+        around = &around["parent"];
+    }
+    assert!(sizes.len() >= 6, "{sizes:?}");
+    let links = editor.ask("textDocument/documentLink", json!({ "textDocument": document })).unwrap();
+    assert!(links[0]["target"].as_str().unwrap().ends_with("/std/metals.kin"), "{links}");
+    let highlights =
+        editor.ask("textDocument/documentHighlight", at(&editor, &uri, text, text.find("half").unwrap())).unwrap();
+    assert_eq!(highlights.as_array().unwrap().len(), 3);
+    editor.finish();
+}
+
+#[test]
+fn words_have_their_kinds() {
+    let text = "lang 1\nlet r = 2m\nsphere ball { radius: r, material: diffuse { } }\n";
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), true);
+    let uri = files.uri("scene.kin");
+    editor.open(&uri, text);
+    let answer = editor.ask("textDocument/semanticTokens/full", json!({ "textDocument": { "uri": uri } })).unwrap();
+    let legend = &editor.greeting["capabilities"]["semanticTokensProvider"]["legend"];
+    let numbers: Vec<usize> = answer["data"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap() as usize).collect();
+    let (mut line, mut start) = (0, 0);
+    let mut found = Vec::new();
+    for token in numbers.chunks_exact(5) {
+        (line, start) = if token[0] > 0 { (line + token[0], token[1]) } else { (line, start + token[1]) };
+        let word = &text.lines().nth(line).unwrap()[start..start + token[2]];
+        found.push(format!("{word} {}", legend["tokenTypes"][token[3]].as_str().unwrap()));
+    }
+    let expected = "lang keyword,1 number,let keyword,r variable,2 number,m number,sphere class,ball variable,radius property,r variable,material property,diffuse class";
+    assert_eq!(found.join(","), expected);
+    editor.finish();
+}
+
+#[test]
+fn a_strange_editor_is_answered() {
+    let files = Files::new(&[("kinora.toml", ""), ("a.kin", "lang 1\n")]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let uri = files.uri("a.kin");
+    // Texts that are not open, places that are not there, requests that nobody knows, parameters that are none.
+    let position = json!({ "line": 4_000_000_000_u32, "character": 4_000_000_000_u32 });
+    assert!(editor.ask("textDocument/hover", json!({ "textDocument": { "uri": uri }, "position": position })).is_err());
+    editor.open(&uri, "lang 1\r\nsphere 😀 {\r\n");
+    editor.open("untitled:Untitled-1", "lang 1\nsphere b { rad");
+    for uri in [uri.as_str(), "untitled:Untitled-1"] {
+        for method in AT {
+            let params = json!({ "textDocument": { "uri": uri }, "position": position });
+            let _ = editor.ask(&format!("textDocument/{method}"), params);
+        }
+        let upside_down = json!({ "start": position, "end": { "line": 0, "character": 1 } });
+        let document = json!({ "uri": uri, "version": 2 });
+        let change = json!({ "range": upside_down, "text": "x" });
+        editor.tell("textDocument/didChange", json!({ "textDocument": document, "contentChanges": [change] }));
+        for version in 3..5 {
+            let inside = json!({ "start": { "line": 1, "character": 8 }, "end": { "line": 1, "character": 8 } });
+            let document = json!({ "uri": uri, "version": version });
+            let change = json!({ "range": inside, "text": "\u{301}" });
+            editor.tell("textDocument/didChange", json!({ "textDocument": document, "contentChanges": [change] }));
+        }
+        let _ = editor.ask(
+            "textDocument/completion",
+            json!({ "textDocument": { "uri": uri }, "position": { "line": 1, "character": 9 } }),
+        );
+    }
+    assert!(editor.ask("textDocument/noSuchThing", json!({})).is_err());
+    assert!(editor.ask("textDocument/completion", json!({ "textDocument": 3 })).is_err());
+    editor.tell("textDocument/didChange", json!({ "textDocument": [] }));
+    editor.tell("$/unknown", json!(null));
+    // A request that is taken back while others wait.
+    let first = editor.send("workspace/symbol", json!({ "query": "" }));
+    let second = editor.send("workspace/symbol", json!({ "query": "" }));
+    editor.tell("$/cancelRequest", json!({ "id": second.clone() }));
+    editor.answer_to(&first).unwrap();
+    editor.finish();
+}
+
+/// Texts as people leave them between two thoughts: pieces of scenes cut, doubled and put together anew.
+#[test]
+fn broken_texts() {
+    let pieces = "sphere ball { } | radius: | 50cm | , | ( | ) | { | } | [ | ] | keys { 0s: 1 | ease in_ | \"a | // c | /* | #ff | like | import { a } from | \"b.kin\" as | metals. | . | for i in | 0..3 | if | else | let x = | fn f(a, | prefab p( | : | = | param q: length | in 0..1 | 😀 | é | \r\n | \n | \t | -> | mix(a, | material: diffuse | color: | lang 1 | 1e999 | 5parsec | node( | steps(3,";
+    let pieces: Vec<&str> = pieces.split(" | ").collect();
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), true);
+    let uri = files.uri("scene.kin");
+    editor.open(&uri, "");
+    let mut state = 7_u32;
+    let mut random = |below: usize| {
+        // Numerical Recipes' generator: what is wanted is the same texts each time.
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as usize % below
+    };
+    for version in 2..120 {
+        let count = 1 + random(24);
+        let text: String =
+            (0..count).flat_map(|_| [pieces[random(pieces.len())], [" ", "", "\n"][random(3)]]).collect();
+        editor.change(&uri, version, &text);
+        let offsets: Vec<usize> = text.char_indices().map(|(at, _)| at).chain([text.len()]).collect();
+        for _ in 0..2 {
+            ask_all(&mut editor, &uri, &text, offsets[random(offsets.len())]);
+        }
+    }
+    editor.finish();
+}
