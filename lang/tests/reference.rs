@@ -8,7 +8,7 @@ use kinora_lang::dimension::{Dimension, UNITS, show};
 use kinora_lang::eval::expr::spaced;
 use kinora_lang::eval::limits;
 use kinora_lang::files::MAX_ASSET_BYTES;
-use kinora_lang::schema::{Bare, Check, Default, KINDS, Kind, MIX, Place, Property, Since, Sort, TYPES, Type};
+use kinora_lang::schema::{KINDS, Kind, MIX, Place, Property, Since, Sort, TYPES};
 use kinora_lang::source::MAX_SOURCE_BYTES;
 use kinora_lang::syntax::MAX_NESTING;
 use kinora_scene::Spectrum;

@@ -70,15 +70,16 @@ pub fn actions(
     // Asked for by name only, as when a text is saved, or where there is more than one thing to put right.
     let safe = findings.safe_edits();
     let by_name = only.is_some() && wanted(FIX_ALL);
-    if !safe.is_empty() && (by_name || only.is_none() && !found.is_empty()) {
-        if let Some(edits) = findings.edits(&safe, own, encoding) {
-            found.push(lsp::CodeAction {
-                title: "put right everything that is certain".into(),
-                kind: Some(lsp::CodeActionKind::new(FIX_ALL)),
-                edit: Some(changed(edits)),
-                ..lsp::CodeAction::default()
-            });
-        }
+    if !safe.is_empty()
+        && (by_name || only.is_none() && !found.is_empty())
+        && let Some(edits) = findings.edits(&safe, own, encoding)
+    {
+        found.push(lsp::CodeAction {
+            title: "put right everything that is certain".into(),
+            kind: Some(lsp::CodeActionKind::new(FIX_ALL)),
+            edit: Some(changed(edits)),
+            ..lsp::CodeAction::default()
+        });
     }
     found
 }

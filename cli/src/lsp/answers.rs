@@ -1,7 +1,6 @@
 //! What `kinora_lang::ide` says, in the protocol's types.
 
-use kinora_animator::value;
-use kinora_lang::eval::{Overrides, Watched, values_at};
+use kinora_lang::eval::{Amount, Overrides, values_at};
 use kinora_lang::format::{format, format_partial};
 use kinora_lang::ide::{self, Analysis, CompletionKind, Entry, FoldKind, HintKind};
 use kinora_lang::source::{Source, Span};
@@ -103,7 +102,7 @@ pub fn hover(
     if let Some(value) = found.value {
         let values = values_at(&analysis.modules, &Overrides::default(), &[value]);
         if let Some((_, watched)) = values.first() {
-            text += &format!("\n\n= {}", shown(watched, clock, true));
+            text += &format!("\n\n= {} · {}", shown(&watched.value, clock, true), watched.what);
         }
     }
     let range = Some(encoding.range(&analysis.tree.source, found.span));
@@ -111,16 +110,17 @@ pub fn hover(
 }
 
 /// A value, in words: of one that moves, where it begins and where it ends.
-fn shown(watched: &Watched, clock: Option<(f64, f64)>, long: bool) -> String {
-    match watched {
-        Watched::Is(text, false) => format!("`{text}`"),
-        Watched::Is(text, true) if long => format!("`{text}` the first time, then others"),
-        Watched::Is(text, true) => format!("`{text}` …"),
-        Watched::Surface => "differs from point to point".to_string(),
-        Watched::Moves(moving) => {
+fn shown(value: &Amount, clock: Option<(f64, f64)>, long: bool) -> String {
+    match value {
+        Amount::Is(text, false) => format!("`{text}`"),
+        Amount::Is(text, true) if long => format!("`{text}` the first time, then others"),
+        Amount::Is(text, true) => format!("`{text}` …"),
+        Amount::Surface => "differs from point to point".to_string(),
+        Amount::Moves(moving) => {
             let (fps, end) = clock.unwrap_or((24.0, 0.0));
             let at = |time: f64| {
-                let numbers: Vec<f64> = moving.parts.iter().map(|part| value(part, time, fps)).collect();
+                let numbers: Vec<f64> =
+                    moving.parts.iter().map(|part| kinora_animator::value(part, time, fps)).collect();
                 moving.show(&numbers)
             };
             match (end > 0.0, long) {
@@ -142,7 +142,7 @@ pub fn hints(analysis: &Analysis, within: Span, clock: Option<(f64, f64)>, encod
             Some(value) => {
                 let (_, watched) = values.iter().find(|(span, _)| *span == value)?;
                 // What is written out already says it.
-                let text = shown(watched, clock, false).replace('`', "");
+                let text = shown(&watched.value, clock, false).replace('`', "");
                 (text.trim() != source.slice(value).trim()).then(|| format!("= {text}"))?
             }
         };

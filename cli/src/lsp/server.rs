@@ -63,7 +63,8 @@ struct Client {
     process: Option<u32>,
     document_changes: bool,
     flat_symbols: bool,
-    pulls: bool,
+    can_pull: bool,
+    refreshes_findings: bool,
     watches: bool,
     refreshes_hints: bool,
     shows: Shows,
@@ -82,6 +83,8 @@ struct Server<'c> {
     /// What was last said of each text, by the open text that it was found with.
     said: BTreeMap<String, BTreeMap<String, Vec<lsp::Diagnostic>>>,
     queue: VecDeque<Message>,
+    /// The editor asks for findings: it is not told of them as well, or it would show them twice.
+    pulls: bool,
     closing: bool,
     requests: i32,
 }
@@ -112,7 +115,8 @@ impl<'c> Server<'c> {
             flat_symbols: !text
                 .and_then(|text| text.document_symbol.as_ref()?.hierarchical_document_symbol_support)
                 .unwrap_or(false),
-            pulls: text.is_some_and(|text| text.diagnostic.is_some()),
+            can_pull: text.is_some_and(|text| text.diagnostic.is_some()),
+            refreshes_findings: workspace.and_then(|w| w.diagnostic.as_ref()?.refresh_support).unwrap_or(false),
             watches: workspace.and_then(|w| w.did_change_watched_files.as_ref()?.dynamic_registration).unwrap_or(false),
             refreshes_hints: workspace.and_then(|w| w.inlay_hint.as_ref()?.refresh_support).unwrap_or(false),
             shows: Shows { snippets: item.and_then(|item| item.snippet_support).unwrap_or(false), markdown },
@@ -135,6 +139,7 @@ impl<'c> Server<'c> {
             dirty: HashSet::new(),
             said: BTreeMap::new(),
             queue: VecDeque::new(),
+            pulls: false,
             closing: false,
             requests: 0,
         }
@@ -176,7 +181,7 @@ impl<'c> Server<'c> {
                 "fileOperations": { "willRename": renames },
             },
         });
-        if self.client.pulls {
+        if self.client.can_pull {
             offered["diagnosticProvider"] = json!({ "interFileDependencies": true, "workspaceDiagnostics": false });
         }
         offered
@@ -303,7 +308,12 @@ impl<'c> Server<'c> {
                 self.publish(&uri);
                 self.changed();
             }
-            note::DidSaveTextDocument::METHOD | note::DidChangeWatchedFiles::METHOD => self.changed(),
+            note::DidSaveTextDocument::METHOD | note::DidChangeWatchedFiles::METHOD => {
+                self.changed();
+                if self.pulls && self.client.refreshes_findings {
+                    self.ask(ask::WorkspaceDiagnosticRefresh::METHOD, Value::Null);
+                }
+            }
             note::DidChangeWorkspaceFolders::METHOD => {
                 let Some(params) = read::<lsp::DidChangeWorkspaceFoldersParams>(params) else { return };
                 let removed: Vec<PathBuf> =
@@ -341,7 +351,7 @@ impl<'c> Server<'c> {
         // What was changed last is most likely what is looked at.
         let Some(uri) = self.dirty.iter().min().cloned() else { return };
         self.dirty.remove(&uri);
-        if self.client.pulls {
+        if self.pulls {
             return;
         }
         let judged = catch_unwind(AssertUnwindSafe(|| {
@@ -360,6 +370,15 @@ impl<'c> Server<'c> {
         files.into_iter().for_each(|file| self.publish(file));
         if self.dirty.is_empty() && self.client.refreshes_hints {
             self.ask(ask::InlayHintRefreshRequest::METHOD, Value::Null);
+        }
+    }
+
+    /// From now on the editor asks for findings; those that it was told of are taken back.
+    fn pull(&mut self) {
+        if !std::mem::replace(&mut self.pulls, true) {
+            let files: HashSet<String> =
+                std::mem::take(&mut self.said).into_values().flat_map(BTreeMap::into_keys).collect();
+            files.iter().for_each(|file| self.publish(file));
         }
     }
 
@@ -596,6 +615,7 @@ impl<'c> Server<'c> {
             ask::DocumentDiagnosticRequest::METHOD => {
                 let params: lsp::DocumentDiagnosticParams = needed(params)?;
                 let uri = params.text_document.uri;
+                self.pull();
                 let Some(findings) = self.findings(uri.as_str()) else {
                     return Err(Refused(ErrorCode::InvalidParams, format!("`{}` is not open", uri.as_str())));
                 };
@@ -629,9 +649,8 @@ impl<'c> Server<'c> {
 
     fn definition(&self, analysis: &Analysis, project: &Project, offset: u32) -> Option<lsp::Location> {
         // A path leads to its file.
-        let named = ide::paths(&analysis.tree).into_iter();
-        let named = named.filter(|named| named.span.start <= offset && offset <= named.span.end).last();
-        if let Some(named) = named {
+        let holds = |named: &ide::PathAt| named.span.start <= offset && offset <= named.span.end;
+        if let Some(named) = ide::paths(&analysis.tree).into_iter().find(holds) {
             let uri = self.uri_in(project, &named.path)?;
             return Some(lsp::Location { uri, range: lsp::Range::default() });
         }

@@ -45,7 +45,7 @@ use machine::Machine;
 pub use params::{Param, Plain};
 pub use resolve::{Symbol, Use, Uses, uses};
 use scope::{Binding, Scope};
-pub use watch::{Moving, Watched, values_at};
+pub use watch::{Amount, Moving, Watched, values_at};
 
 /// What the command line says about a scene.
 #[derive(Debug, Clone, Default, PartialEq)]

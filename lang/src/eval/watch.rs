@@ -43,7 +43,16 @@ fn keep(kept: &mut FxHashMap<Span, Option<(Value, bool)>>, span: Span, value: &V
 
 /// What an expression comes to.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Watched {
+pub struct Watched {
+    /// What it is: "a length".
+    pub what: String,
+    /// The value.
+    pub value: Amount,
+}
+
+/// The value of an expression.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Amount {
     /// A value, as a message shows it; and whether other turns of a loop or other calls give other ones.
     Is(String, bool),
     /// It changes over time.
@@ -115,20 +124,25 @@ impl Machine<'_> {
         if value.is_error() || matches!(value, Value::Node(_) | Value::Inner(..) | Value::Texture(_) | Value::Word(_)) {
             return None;
         }
-        if !points(&self.graph, &value).is_none() {
-            return Some(Watched::Surface);
+        let what = value.with_article();
+        Some(Watched { what, value: self.amount(&value, others) })
+    }
+
+    fn amount(&mut self, value: &Value, others: bool) -> Amount {
+        if !points(&self.graph, value).is_none() {
+            return Amount::Surface;
         }
-        let constant = Watched::Is(value.show(), others);
+        let constant = Amount::Is(value.show(), others);
         if value.is_constant() {
-            return Some(constant);
+            return constant;
         }
-        let (form, scalars): (Form, Vec<Scalar>) = match &value {
+        let (form, scalars): (Form, Vec<Scalar>) = match value {
             Value::Number(number) => (Form::Number(number.dimension), vec![number.value]),
             Value::Bool(scalar) => (Form::Bool, vec![*scalar]),
             Value::Color(parts) => (Form::Color, parts.to_vec()),
             Value::Turn(parts) => (Form::Turn, parts.to_vec()),
             value => {
-                let Some(numbers) = value.numbers() else { return Some(constant) };
+                let Some(numbers) = value.numbers() else { return constant };
                 let of = |number: &Number| number.dimension;
                 (Form::Vector(numbers.iter().map(of).collect()), numbers.iter().map(|number| number.value).collect())
             }
@@ -137,6 +151,6 @@ impl Machine<'_> {
             Some(value) => Track::Const(value),
             None => Track::Curve(Box::new(self.graph.tape(&[*scalar]))),
         };
-        Some(Watched::Moves(Moving { parts: scalars.iter().map(part).collect(), form }))
+        Amount::Moves(Moving { parts: scalars.iter().map(part).collect(), form })
     }
 }

@@ -150,7 +150,7 @@ impl<'a> List<'a> {
             K::KeyName => self.items(token, true),
             K::BadItem => match owner(token) {
                 Owner::Keys => self.keywords(&["ease", "after"]),
-                _ if before.trim_end_matches(|l| unicode_ident::is_xid_continue(l)).trim_end().ends_with("ease") => {
+                _ if before.trim_end_matches(unicode_ident::is_xid_continue).trim_end().ends_with("ease") => {
                     self.easings();
                 }
                 _ => self.items(token, false),

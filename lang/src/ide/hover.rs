@@ -143,7 +143,7 @@ fn path(analysis: &Analysis, token: Part<'_>, offset: u32) -> Option<Hover> {
             value: (parent.kind() == K::Named).then(|| parent.span()),
         });
     }
-    word(text).and_then(|doc| Some(Hover { span: token.span(), text: format!("**{text}** · {doc}"), value }))
+    word(text).map(|doc| Hover { span: token.span(), text: format!("**{text}** · {doc}"), value })
 }
 
 /// A name that is declared somewhere.
