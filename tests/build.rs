@@ -1,5 +1,5 @@
 //! Translates the construct tests, and gives each an entry point for the GPU and a row of a table for the CPU; then once
-//! more, with tests of their own, to lanes.
+//! more, with tests of their own, to lanes. Then compiles the grammar for editors.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,6 +10,21 @@ const BINDINGS: &str = "
 ";
 
 fn main() {
+    constructs();
+    tree_sitter();
+}
+
+/// The committed parser of `docs/editors/tree-sitter-kinora`, as an editor compiles it.
+fn tree_sitter() {
+    let folder = Path::new("../docs/editors/tree-sitter-kinora/src");
+    let files = [folder.join("parser.c"), folder.join("scanner.c")];
+    for file in &files {
+        println!("cargo::rerun-if-changed={}", file.display());
+    }
+    cc::Build::new().include(folder).files(files).std("c11").opt_level(1).warnings(false).compile("tree_sitter_kinora");
+}
+
+fn constructs() {
     let path = "constructs/constructs.wgsl";
     println!("cargo::rerun-if-changed={path}");
     let wgsl = std::fs::read_to_string(path).expect("the constructs are there");

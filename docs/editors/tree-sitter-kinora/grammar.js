@@ -8,6 +8,9 @@ const KEYWORDS = [
   "param", "prefab", "return", "true",
 ];
 
+// What other languages write for `else if`. No keywords, but no kinds of nodes either.
+const NO_KINDS = ["elif", "elseif", "elsf", "elsif"];
+
 // Characters that a source may not hold: controls, and those that change the direction of writing.
 const BARRED = "\\x00-\\x08\\x0e-\\x1f\\x7f-\\x9f\\u202a-\\u202e\\u2066-\\u2069";
 
@@ -16,7 +19,7 @@ function list(rule) {
   return seq(rule, repeat(seq(",", rule)), optional(","));
 }
 
-/** The tightest first: 7 to 1. */
+/** The tightest first. */
 const LEVEL = { postfix: 8, power: 7, unary: 6, times: 5, plus: 4, comparison: 3, and: 2, or: 1 };
 
 export default grammar({
@@ -53,7 +56,8 @@ export default grammar({
     block: $ => seq("{", repeat(choice($._separator, $._item)), "}"),
 
     property: $ => seq(
-      field("name", choice($._key, $.string)), ":", field("value", $._value), $._end,
+      field("name", choice($._key, alias(choice(...NO_KINDS), $.identifier), $.string)), ":",
+      field("value", $._value), $._end,
     ),
 
     // Before `:` a keyword is a name.
@@ -148,30 +152,30 @@ export default grammar({
     // Expressions
 
     _expression: $ => choice($._or, alias($.range, $.binary)),
-    range: $ => prec.right(LEVEL.or, operation($, $._or, "..", $._or)),
+    range: $ => prec.right(LEVEL.or, operation($._or, "..", $._or)),
 
     _or: $ => choice($._and, alias($.or, $.binary)),
-    or: $ => prec.left(LEVEL.or, operation($, $._or, "||", $._and)),
+    or: $ => prec.left(LEVEL.or, operation($._or, "||", $._and)),
 
     _and: $ => choice($._compared, alias($.and, $.binary)),
-    and: $ => prec.left(LEVEL.and, operation($, $._and, "&&", $._compared)),
+    and: $ => prec.left(LEVEL.and, operation($._and, "&&", $._compared)),
 
     _compared: $ => choice($._sum, alias($.comparison, $.binary)),
     comparison: $ => prec.right(
-      LEVEL.comparison, operation($, $._sum, choice("<", "<=", ">", ">=", "==", "!="), $._sum),
+      LEVEL.comparison, operation($._sum, choice("<", "<=", ">", ">=", "==", "!="), $._sum),
     ),
 
     _sum: $ => choice($._product, alias($.sum, $.binary)),
-    sum: $ => prec.left(LEVEL.plus, operation($, $._sum, choice("+", "-"), $._product)),
+    sum: $ => prec.left(LEVEL.plus, operation($._sum, choice("+", "-"), $._product)),
 
     _product: $ => choice($._unary, alias($.product, $.binary)),
-    product: $ => prec.left(LEVEL.times, operation($, $._product, choice("*", "/"), $._unary)),
+    product: $ => prec.left(LEVEL.times, operation($._product, choice("*", "/"), $._unary)),
 
     _unary: $ => choice($._power, $.unary),
     unary: $ => prec(LEVEL.unary, seq(field("operator", choice("-", "!")), $._unary)),
 
     _power: $ => choice($._operand, alias($.power, $.binary)),
-    power: $ => prec.right(LEVEL.power, operation($, $._operand, "^", $._unary)),
+    power: $ => prec.right(LEVEL.power, operation($._operand, "^", $._unary)),
 
     _operand: $ => choice($.number, $._postfixed),
     // No field of a number: `1.x`.
@@ -227,6 +231,6 @@ export default grammar({
   },
 });
 
-function operation(_, left, operator, right) {
+function operation(left, operator, right) {
   return seq(field("left", left), field("operator", operator), field("right", right));
 }

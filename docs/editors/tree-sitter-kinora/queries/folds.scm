@@ -1,0 +1,11 @@
+[
+  (block)
+  (key_block)
+  (arm)
+  (arguments)
+  (parameters)
+  (import_names)
+  (list)
+  (tuple)
+  (comment)
+] @fold
