@@ -131,6 +131,7 @@ fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         match path.is_dir() {
+            true if path.ends_with("node_modules") => {}
             true => pages(&path, found),
             false if path.extension().is_some_and(|extension| extension == "md") => found.push(path),
             false => {}

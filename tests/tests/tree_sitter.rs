@@ -67,16 +67,18 @@ fn texts() -> Vec<(String, String)> {
     texts
 }
 
-/// What the two parsers say, where they do not say the same. Nesting that is too deep counts as no mistake: the grammar for
-/// editors has no limit.
-fn difference(parser: &mut Parser, text: &str) -> Option<String> {
+/// Whether the two parsers find a text right.
+///
+/// # Errors
+/// They do not say the same. Nesting that is too deep counts as no mistake: the grammar for editors has no limit.
+fn is_right(parser: &mut Parser, text: &str) -> Result<bool, String> {
     let tree = parse(&Source::new(FileId(0), "a.kin", text));
     let error = tree.errors().iter().find(|error| error.code != "E0122");
     let nodes = parser.parse(text, None).unwrap();
     match (error, first_error(nodes.root_node())) {
-        (Some(error), None) => Some(format!("only the language: {} {} {:?}", error.code, error.message, error.place())),
-        (None, Some(node)) => Some(format!("only the grammar: {node:?}")),
-        _ => None,
+        (Some(error), None) => Err(format!("only the language: {} {:?}\n{text}\n", error.message, error.place())),
+        (None, Some(node)) => Err(format!("only the grammar: {node:?}\n{text}\n")),
+        (error, _) => Ok(error.is_none()),
     }
 }
 
@@ -90,20 +92,20 @@ fn first_error(node: tree_sitter::Node<'_>) -> Option<tree_sitter::Node<'_>> {
 #[test]
 fn the_same_texts_are_right() {
     let mut parser = parser();
-    let (mut right, mut wrong) = (0, Vec::new());
+    let (mut right, mut differ) = (0, Vec::new());
     for (name, text) in texts() {
         // The file, and each of its items alone: in files that are full of mistakes many items have none.
         let tree = parse(&Source::new(FileId(0), "a.kin", text.as_str()));
         let items = tree.root().nodes().map(|item| item.text());
         for text in items.chain([text.as_str()]) {
-            match difference(&mut parser, text) {
-                Some(found) => wrong.push(format!("{name}: {found}\n{text}")),
-                None => right += 1,
+            match is_right(&mut parser, text) {
+                Ok(is_right) => right += usize::from(is_right),
+                Err(found) => differ.push(format!("{name}: {found}")),
             }
         }
     }
-    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), wrong.len() + right, wrong[..wrong.len().min(10)].join("\n"));
-    assert!(right > 3000, "{right}");
+    assert!(differ.is_empty(), "{} differ:\n{}", differ.len(), differ[..differ.len().min(10)].join("\n"));
+    assert!(right > 2000, "{right}");
 }
 
 /// A generator of numbers, the same at each run.
@@ -128,7 +130,7 @@ fn the_same_changed_texts_are_right() {
     let tokens: Vec<Vec<&str>> =
         trees.iter().map(|tree| tree.root().tokens().map(|token| token.text()).collect()).collect();
     let all: Vec<&str> = tokens.iter().flatten().copied().collect();
-    let (mut same, mut wrong) = (0, Vec::new());
+    let (mut right, mut all_texts, mut differ) = (0, 0, Vec::new());
     for tokens in &tokens {
         for _ in 0..ROUNDS {
             // A stretch, so that what is right is not drowned in what is not.
@@ -149,19 +151,20 @@ fn the_same_changed_texts_are_right() {
                 }
             }
             let text = some.concat();
-            match difference(&mut parser, &text) {
-                Some(found) => wrong.push(format!("{found}\n{text}\n")),
-                None => same += 1,
+            all_texts += 1;
+            match is_right(&mut parser, &text) {
+                Ok(is_right) => right += usize::from(is_right),
+                Err(found) => differ.push(found),
             }
         }
     }
-    wrong.sort_by_key(String::len);
-    let shown = wrong.len().min(10);
-    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), same + wrong.len(), wrong[..shown].join("\n"));
+    differ.sort_by_key(String::len);
+    assert!(differ.is_empty(), "{} differ:\n{}", differ.len(), differ[..differ.len().min(10)].join("\n"));
+    assert!((all_texts / 20..all_texts / 2).contains(&right), "{right} of {all_texts} are right");
 }
 
 /// Changes of each text.
-const ROUNDS: usize = 60;
+const ROUNDS: usize = 100;
 
 /// What is rare in the texts.
 const MORE: &[&str] = &[

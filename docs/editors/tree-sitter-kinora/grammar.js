@@ -25,7 +25,7 @@ const LEVEL = { postfix: 8, power: 7, unary: 6, times: 5, plus: 4, comparison: 3
 export default grammar({
   name: "kinora",
 
-  externals: $ => [$._end, $._param_end, $._import_end, $.unit, $._no_unit, $.color, $._glued, $._error],
+  externals: $ => [$._end, $._param_end, $._import_end, $.unit, $._no_unit, $.color, $._glued, $._body_may_follow, $._error],
 
   word: $ => $.identifier,
 
@@ -133,7 +133,8 @@ export default grammar({
 
     _braced: $ => choice(alias($.node_value, $.node), $.keys, $.if_value),
 
-    node_value: $ => seq(field("kind", $.path), $._body),
+    // The scanner never gives the last: that it would be valid tells it where `like` goes on.
+    node_value: $ => seq(field("kind", $.path), choice($._body, $._body_may_follow)),
 
     if_value: $ => seq(
       "if", field("condition", $._expression), field("then", $.arm),

@@ -2,7 +2,7 @@
 
 #include "tree_sitter/parser.h"
 
-enum Token { END, PARAM_END, IMPORT_END, UNIT, NO_UNIT, COLOR, GLUED, ERROR };
+enum Token { END, PARAM_END, IMPORT_END, UNIT, NO_UNIT, COLOR, GLUED, BODY_MAY_FOLLOW, ERROR };
 
 void *tree_sitter_kinora_external_scanner_create(void) { return NULL; }
 void tree_sitter_kinora_external_scanner_destroy(void *payload) { (void)payload; }
@@ -101,8 +101,8 @@ static bool color(TSLexer *lexer) {
   return true;
 }
 
-// Whether an item may end here; `last` is how it would.
-static bool end(TSLexer *lexer, enum Token last) {
+// Whether an item may end here; `last` is how it would, `like` whether that word would go on with it.
+static bool end(TSLexer *lexer, enum Token last, bool like) {
   lexer->mark_end(lexer);
   lexer->result_symbol = last;
   bool new_line = false;
@@ -141,10 +141,7 @@ static bool end(TSLexer *lexer, enum Token last) {
     static const char *const IN[] = {"in"}, *const AS[] = {"as"}, *const LIKE[] = {"like"};
     if (last == PARAM_END && is_word(word, IN, 1)) return false;
     if (last == IMPORT_END && is_word(word, AS, 1)) return false;
-    if (!is_word(word, LIKE, 1)) return true;
-    // `like: x` is a property.
-    while (is_space(lexer->lookahead)) lexer->advance(lexer, false);
-    return lexer->lookahead == ':';
+    return !(like && is_word(word, LIKE, 1));
   }
 }
 
@@ -157,8 +154,8 @@ bool tree_sitter_kinora_external_scanner_scan(void *payload, TSLexer *lexer, con
     lexer->result_symbol = GLUED;
     return true;
   }
-  if (valid[PARAM_END]) return end(lexer, PARAM_END);
-  if (valid[IMPORT_END]) return end(lexer, IMPORT_END);
-  if (valid[END]) return end(lexer, END);
+  if (valid[PARAM_END]) return end(lexer, PARAM_END, valid[BODY_MAY_FOLLOW]);
+  if (valid[IMPORT_END]) return end(lexer, IMPORT_END, valid[BODY_MAY_FOLLOW]);
+  if (valid[END]) return end(lexer, END, valid[BODY_MAY_FOLLOW]);
   return valid[COLOR] && color(lexer);
 }
