@@ -146,6 +146,42 @@ fn lists() {
     fill("tree-sitter-kinora/queries/highlights.scm", quoted);
     fill("emacs/kinora-mode.el", quoted);
     fill("sublime/Kinora.sublime-syntax", |word| format!("{word}|"));
+    other_queries();
+}
+
+/// The names of Helix and Zed for what is coloured, where they are others than Neovim's.
+const HELIX: &[(&str, &str)] = &[
+    ("boolean", "constant.builtin.boolean"),
+    ("comment.documentation", "comment.line.documentation"),
+    ("keyword.conditional", "keyword.control.conditional"),
+    ("keyword.import", "keyword.control.import"),
+    ("keyword.repeat", "keyword.control.repeat"),
+    ("keyword.return", "keyword.control.return"),
+    ("module", "namespace"),
+    ("number", "constant.numeric"),
+    ("property", "variable.other.member"),
+    ("string.escape", "constant.character.escape"),
+];
+const ZED: &[(&str, &str)] = &[("comment.documentation", "comment.doc"), ("variable.builtin", "variable.special")];
+
+fn other_queries() {
+    let query = read("tree-sitter-kinora/queries/highlights.scm").replacen(
+        "; The lists of words between `begin` and `end` are written by lang/tests/editors.rs.",
+        "; Written by lang/tests/editors.rs from tree-sitter-kinora/queries/highlights.scm.",
+        1,
+    );
+    let is_name = |letter: char| letter.is_alphanumeric() || "._".contains(letter);
+    for (names, path) in [(HELIX, "helix/queries/highlights.scm"), (ZED, "zed/languages/kinora/highlights.scm")] {
+        let mut parts = query.split('@');
+        let mut text = parts.next().unwrap().to_owned();
+        for part in parts {
+            let (name, rest) = part.split_at(part.find(|letter| !is_name(letter)).unwrap_or(part.len()));
+            let other = names.iter().find(|row| row.0 == name).map_or(name, |row| row.1);
+            text += &format!("@{other}{rest}");
+        }
+        expect(path, &text);
+    }
+    expect("zed/languages/kinora/brackets.scm", &read("tree-sitter-kinora/queries/brackets.scm"));
 }
 
 /// The words that are written above are those of the program.

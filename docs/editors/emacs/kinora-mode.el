@@ -120,15 +120,17 @@
          (column
           (save-excursion
             (back-to-indentation)
-            (let ((state (syntax-ppss)))
+            (let ((state (syntax-ppss))
+                  ;; A line that goes on with the one before it.
+                  (more (if (looking-at-p "[-+*^&|<>=]\\|/[^/*]") kinora-indent-offset 0)))
               (cond
                ;; A comment of several lines stays as it is.
                ((nth 4 state) (current-indentation))
                ((nth 1 state)
                 (let ((closes (looking-at-p "[])}]")))
                   (goto-char (nth 1 state))
-                  (+ (current-indentation) (if closes 0 kinora-indent-offset))))
-               (t 0))))))
+                  (+ (current-indentation) more (if closes 0 kinora-indent-offset))))
+               (t more))))))
     (indent-line-to column)
     (when (> (- (point-max) from-end) (point)) (goto-char (- (point-max) from-end)))))
 

@@ -68,8 +68,6 @@
 ["for" "in"] @keyword.repeat
 ["import" "from" "as"] @keyword.import
 
-(property name: (identifier) @property)
-(argument name: (identifier) @property)
 
 (binary operator: _ @operator)
 (unary operator: _ @operator)

@@ -1,0 +1,12 @@
+[
+  (block)
+  (key_block)
+  (arm)
+  (arguments)
+  (parameters)
+  (import_names)
+  (list)
+  (tuple)
+] @indent
+
+["}" ")" "]"] @outdent
