@@ -264,7 +264,9 @@ fn snippets() {
                 let sky = if text.contains("sky {") { "" } else { "sky { color: #ffffff }\n" };
                 let imports = text.lines().filter(|line| line.starts_with("import")).collect::<Vec<_>>().join("\n");
                 let rest = text.lines().filter(|line| !line.starts_with("import")).collect::<Vec<_>>().join("\n");
-                format!("lang 1\n{imports}\n{camera}{sky}diffuse white {{ }}\nsphere ball {{ material: white }}\n{rest}\n")
+                format!(
+                    "lang 1\n{imports}\n{camera}{sky}diffuse white {{ }}\nsphere ball {{ material: white }}\n{rest}\n"
+                )
             }
         };
         let files = Memory::new([]);

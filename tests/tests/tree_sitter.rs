@@ -6,9 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
-use kinora_lang::source::{FileId, Source};
 use kinora_lang::parse;
-use tree_sitter::{Language, Parser, Query};
+use kinora_lang::source::{FileId, Source};
+use tree_sitter::{InputEdit, Language, Parser, Point, Query};
 
 // What build.rs compiled.
 #[link(name = "tree_sitter_kinora", kind = "static")]
@@ -125,8 +125,7 @@ fn the_same_changed_texts_are_right() {
     let mut chance = Chance(1);
     let texts: Vec<(String, String)> =
         texts().into_iter().filter(|(name, text)| text.len() < 20_000 && !name.contains("limits")).collect();
-    let trees: Vec<_> =
-        texts.iter().map(|(_, text)| parse(&Source::new(FileId(0), "a.kin", text.as_str()))).collect();
+    let trees: Vec<_> = texts.iter().map(|(_, text)| parse(&Source::new(FileId(0), "a.kin", text.as_str()))).collect();
     let tokens: Vec<Vec<&str>> =
         trees.iter().map(|tree| tree.root().tokens().map(|token| token.text()).collect()).collect();
     let all: Vec<&str> = tokens.iter().flatten().copied().collect();
@@ -168,11 +167,127 @@ const ROUNDS: usize = 100;
 
 /// What is rare in the texts.
 const MORE: &[&str] = &[
-    " ", "\n", "\r\n", "// c\n", "/* c */", "/* c\n */", "/*", "*/", "\"", "\\", "\"\\u{D800}\"", "\"\\q\"", "#", "#12345", ".", "..",
-    "1.", "1.x", "3m/s", "3m/steps", "30degrees", "1e3", "1_0", "%", "m", "ease", "after", "in", "as", "from", "like", "else",
-    "if", "for", "let", "fn", "->", "keys", "return", "true", "<", ">", "<=", "==", "=", "!", "-", "^", "&&", "||", ":", ",",
-    ";", "(", ")", "[", "]", "{", "}", "\u{202E}", "\u{7}", "é", "a: 1", "\na: 1\n", "in: 1", "\nlike: 1", "x { }",
+    " ",
+    "\n",
+    "\r\n",
+    "// c\n",
+    "/* c */",
+    "/* c\n */",
+    "/*",
+    "*/",
+    "\"",
+    "\\",
+    "\"\\u{D800}\"",
+    "\"\\q\"",
+    "#",
+    "#12345",
+    ".",
+    "..",
+    "1.",
+    "1.x",
+    "3m/s",
+    "3m/steps",
+    "30degrees",
+    "1e3",
+    "1_0",
+    "%",
+    "m",
+    "ease",
+    "after",
+    "in",
+    "as",
+    "from",
+    "like",
+    "else",
+    "if",
+    "for",
+    "let",
+    "fn",
+    "->",
+    "keys",
+    "return",
+    "true",
+    "<",
+    ">",
+    "<=",
+    "==",
+    "=",
+    "!",
+    "-",
+    "^",
+    "&&",
+    "||",
+    ":",
+    ",",
+    ";",
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    "\u{202E}",
+    "\u{7}",
+    "é",
+    "a: 1",
+    "\na: 1\n",
+    "in: 1",
+    "\nlike: 1",
+    "x { }",
 ];
+
+/// After an edit the tree is the one that the whole text gives, where that is right.
+#[test]
+fn edits() {
+    let mut parser = parser();
+    let mut chance = Chance(2);
+    let mut seen = 0;
+    for (name, text) in texts() {
+        if text.len() > 20_000 || parser.parse(&text, None).unwrap().root_node().has_error() {
+            continue;
+        }
+        let tree = parse(&Source::new(FileId(0), "a.kin", text.as_str()));
+        let tokens: Vec<_> = tree.root().tokens().collect();
+        for _ in 0..10 {
+            // A token is taken out, parsed without, and put in again.
+            let token = tokens[chance.below(tokens.len())];
+            let (start, end) = (token.span().start as usize, token.span().end as usize);
+            let without = format!("{}{}", &text[..start], &text[end..]);
+            let point = |text: &str, at: usize| {
+                let line = text[..at].rfind('\n').map_or(0, |at| at + 1);
+                Point { row: text[..at].matches('\n').count(), column: at - line }
+            };
+            let mut old = parser.parse(&text, None).unwrap();
+            let (at, behind) = (point(&text, start), point(&text, end));
+            old.edit(&InputEdit {
+                start_byte: start,
+                old_end_byte: end,
+                new_end_byte: start,
+                start_position: at,
+                old_end_position: behind,
+                new_end_position: at,
+            });
+            let mut old = parser.parse(&without, Some(&old)).unwrap();
+            let fresh = parser.parse(&without, None).unwrap();
+            if !fresh.root_node().has_error() {
+                assert_eq!(old.root_node().to_sexp(), fresh.root_node().to_sexp(), "{name}: {:?}", token.text());
+            }
+            old.edit(&InputEdit {
+                start_byte: start,
+                old_end_byte: start,
+                new_end_byte: end,
+                start_position: at,
+                old_end_position: at,
+                new_end_position: behind,
+            });
+            let again = parser.parse(&text, Some(&old)).unwrap();
+            let fresh = parser.parse(&text, None).unwrap();
+            assert_eq!(again.root_node().to_sexp(), fresh.root_node().to_sexp(), "{name}: {:?}", token.text());
+            seen += 1;
+        }
+    }
+    assert!(seen > 1000, "{seen}");
+}
 
 /// Every query is one of this grammar.
 #[test]
