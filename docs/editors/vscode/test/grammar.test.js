@@ -85,9 +85,13 @@ test("words", async () => {
     ["->", "keyword.operator"], ["vec3", "support.type"], ["return", "keyword.control"], ["rotate_y", "support.function"],
     ["time", "variable.language"],
   ]);
-  await check("if a < 2 { x { } } else { y { } }", [
-    ["if", "keyword.control"], ["a", "variable.other"], ["x", "entity.name.type"], ["else", "keyword.control"],
-    ["y", "entity.name.type"],
+  await check("if a < b { x { } } else if c { y { } }", [
+    ["if", "keyword.control"], ["a", "variable.other"], ["b", "variable.other"], ["x", "entity.name.type"],
+    ["else", "keyword.control"], ["if", "keyword.control"], ["c", "variable.other"], ["y", "entity.name.type"],
+  ]);
+  await check("for i in 0..count { a { b: [for j in list if j > 1: sphere { }] } }", [
+    ["in", "keyword.control"], ["count", "variable.other.kinora"], ["a", "entity.name.type"], ["for", "keyword.control"],
+    ["list", "variable.other"], ["if", "keyword.control"], [":", "punctuation"], ["sphere", "support.class"],
   ]);
   await check("0s: { value: 1, in: 0, out: 2 }", [
     ["value", "variable.other.property"], ["in", "variable.other.property"], ["out", "variable.other.property"],

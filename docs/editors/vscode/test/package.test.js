@@ -93,7 +93,7 @@ test("the problem matcher reads what the program prints", () => {
 
 test("patterns of the language's configuration are right", () => {
   const settings = JSON.parse(fs.readFileSync(path.join(ROOT, "language-configuration.json"), "utf8"));
-  const word = new RegExp(settings.wordPattern, "gu");
+  const word = new RegExp(settings.wordPattern.pattern, `g${settings.wordPattern.flags}`);
   assert.deepEqual("radius: 9.81m/s^2 + größe.x #d9402b".match(word), ["radius", "9.81m/s^2", "größe", "x", "#d9402b"]);
   const more = new RegExp(settings.indentationRules.increaseIndentPattern);
   assert(more.test("sphere ball {") && more.test("sphere { // (") && !more.test("sphere { }") && !more.test("// {"));
