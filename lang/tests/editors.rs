@@ -345,7 +345,8 @@ fn short_lines() {
         Ok(evaluated) => evaluated.warnings,
         Err(found) => found,
     };
-    let lines: Vec<String> = found.iter().map(|found| render_short(found, &[source.clone()]) + "\n").collect();
+    let lines: Vec<String> =
+        found.iter().map(|found| render_short(found, std::slice::from_ref(&source)) + "\n").collect();
     assert!(lines.len() > 1);
     expect("vscode/test/short.txt", &lines.concat());
 }

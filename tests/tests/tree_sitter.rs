@@ -86,7 +86,7 @@ fn first_error(node: tree_sitter::Node<'_>) -> Option<tree_sitter::Node<'_>> {
     if !node.has_error() {
         return None;
     }
-    (0..node.child_count()).find_map(|i| first_error(node.child(i as u32)?)).or(Some(node))
+    (0..node.child_count()).find_map(|i| first_error(node.child(i)?)).or(Some(node))
 }
 
 #[test]
