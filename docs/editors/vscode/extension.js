@@ -21,14 +21,14 @@ function program() {
   return named.startsWith("~/") ? path.join(require("node:os").homedir(), named.slice(2)) : named;
 }
 
-/** Nothing, or why the program cannot be run. */
-function whyNot(command) {
+/** Nothing, or why the program cannot do this. */
+function whyNot(command, what) {
   return new Promise(resolve => {
-    execFile(command, ["lsp", "--help"], { timeout: 10_000, windowsHide: true }, error => {
+    execFile(command, [what, "--help"], { timeout: 10_000, windowsHide: true }, error => {
       if (!error) return resolve(undefined);
       if (error.code === "ENOENT") return resolve(`The program \`${command}\` was not found.`);
       if (error.code === "EACCES") return resolve(`\`${command}\` is not a program that may be run.`);
-      resolve(`\`${command} lsp\` does not work: it may be an older version. ${error.message}`);
+      resolve(`\`${command} ${what}\` does not work: the program may be an older one. ${error.message}`);
     });
   });
 }
@@ -45,7 +45,7 @@ async function complain(message) {
 
 async function start() {
   const command = program();
-  const problem = await whyNot(command);
+  const problem = await whyNot(command, "lsp");
   if (problem) {
     // Not awaited: it stays until it is read.
     void complain(problem);
@@ -98,14 +98,19 @@ async function scene(uri) {
   return target;
 }
 
-/** Runs the program as a task: its output is in a terminal, and its findings are among the problems. */
-async function run(uri, name, args, reveal) {
+/** Runs the program on a scene as a task, which has a terminal; nothing where it cannot be run. */
+async function run(uri, args, reveal) {
+  const problem = await whyNot(program(), args[0]);
+  if (problem) {
+    void complain(problem);
+    return undefined;
+  }
   const file = uri.fsPath;
   const folder = vscode.workspace.getWorkspaceFolder(uri);
   const task = new vscode.Task(
     { type: "kinora", command: args[0], paths: [file] },
     folder ?? vscode.TaskScope.Workspace,
-    `${name} ${path.basename(file)}`,
+    `${args[0]} ${path.basename(file)}`,
     "kinora",
     new vscode.ProcessExecution(program(), args, { cwd: path.dirname(file) }),
     [],
@@ -116,14 +121,15 @@ async function run(uri, name, args, reveal) {
 
 async function view(uri) {
   const target = await scene(uri);
-  if (target) await run(target, "view", ["view", target.fsPath], vscode.TaskRevealKind.Silent);
+  if (target) await run(target, ["view", target.fsPath], vscode.TaskRevealKind.Silent);
 }
 
 async function render(uri) {
   const target = await scene(uri);
   if (!target) return;
   const picture = target.fsPath.replace(/\.kin$/, "") + ".png";
-  const running = await run(target, "render", ["render", target.fsPath, "-o", picture], vscode.TaskRevealKind.Always);
+  const running = await run(target, ["render", target.fsPath, "-o", picture], vscode.TaskRevealKind.Always);
+  if (!running) return;
   const listener = vscode.tasks.onDidEndTaskProcess(async ended => {
     if (ended.execution !== running) return;
     listener.dispose();
@@ -141,7 +147,7 @@ function task(definition, scope) {
     `${definition.command} ${paths.join(" ")}`,
     "kinora",
     new vscode.ProcessExecution(program(), [definition.command, ...paths, ...format]),
-    ["$kinora"],
+    definition.command === "check" ? ["$kinora"] : [],
   );
   made.group = definition.command === "check" ? vscode.TaskGroup.Build : vscode.TaskGroup.Test;
   return made;
