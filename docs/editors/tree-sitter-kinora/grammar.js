@@ -150,7 +150,7 @@ export default grammar({
       optional(seq("ease", field("ease", $._expression))),
     )),
 
-    // Expressions
+    // Expressions. Ranges and comparisons do not chain: neither has itself on a side.
 
     _expression: $ => choice($._or, alias($.range, $.binary)),
     range: $ => prec.right(LEVEL.or, operation($._or, "..", $._or)),
