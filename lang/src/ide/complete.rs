@@ -212,10 +212,8 @@ impl<'a> List<'a> {
                 }
                 _ => {
                     let kind = super::cursor::kind_of(node).map_or("", Part::text);
-                    let Some((prefab, set)) = self.prefab(kind).zip(Some(set_in(node, stands).collect::<Vec<_>>()))
-                    else {
-                        return;
-                    };
+                    let Some(prefab) = self.prefab(kind) else { return };
+                    let set: Vec<&str> = set_in(node, stands).collect();
                     for formal in prefab.params.iter().filter(|formal| !set.contains(&&*formal.name.text)) {
                         self.formal(formal, key_only);
                     }
