@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command};
+use kinora_lang::claims::pair;
 use kinora_lang::diagnostic::{Level, Levels};
 
 use crate::paths::{self, Search};
@@ -120,19 +121,12 @@ impl clap::FromArgMatches for LevelFlags {
     }
 }
 
-/// A name and a value, as in `-D name=value`.
-pub fn pair(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().into(), value.trim().into())),
-        _ => Err("write a name, `=` and a value".into()),
-    }
-}
-
 #[cfg(feature = "render")]
 pub use picture::*;
 
 #[cfg(feature = "render")]
 mod picture {
+    use kinora_lang::claims::size;
     use kinora_renderer::{Backend, BackendError, Choice, Options, gpu::Api};
 
     use super::SceneFlags;
@@ -228,12 +222,5 @@ mod picture {
             let PictureFlags { size, samples, camera, seed, frozen_bake, .. } = picture.clone();
             Changes { size, samples, camera, seed, frozen_bake, ..self.changes() }
         }
-    }
-
-    /// Width and height in pixels, as in `--size 640x360`.
-    pub fn size(text: &str) -> Result<[u32; 2], String> {
-        let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
-        let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([side(w)?, side(h)?]));
-        sides.ok_or_else(|| "write width x height, each 1 to 16384: 640x360".into())
     }
 }

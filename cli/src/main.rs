@@ -75,6 +75,7 @@ enum Command {
     Test(commands::test::Args),
     #[cfg(feature = "render")]
     Diff(commands::diff::Args),
+    Migrate(commands::migrate::Args),
     New(commands::new::Args),
     Lsp(lsp::Args),
     Completions(commands::completions::Args),
@@ -126,6 +127,7 @@ fn run(command: Command) -> Outcome {
         Command::Test(args) => commands::test::run(&args),
         #[cfg(feature = "render")]
         Command::Diff(args) => commands::diff::run(&args),
+        Command::Migrate(args) => commands::migrate::run(&args),
         Command::New(args) => commands::new::run(&args),
         Command::Lsp(args) => lsp::run(&args),
         Command::Completions(args) => commands::completions::run(&args, Cli::command()),

@@ -15,6 +15,7 @@ use kinora_lang::files::{self, FileError, Files, Folder, PROJECT};
 use kinora_lang::lower::Places;
 use kinora_lang::source::{FileId, Source, Span, decode};
 use kinora_lang::syntax::ast::{Block, Item};
+use kinora_lang::syntax::{Part, SyntaxKind};
 use kinora_lang::{Evaluated, Overrides, Param, Tree, library};
 use kinora_scene::{Scene, Shutter, World};
 
@@ -480,10 +481,13 @@ impl Loaded {
             _ => None,
         });
         let lets: Vec<(&str, Span)> = lets.collect();
+        let names: Vec<Part<'_>> = self.tree.root().tokens().filter(|part| part.kind() == SyntaxKind::Path).collect();
         let (mut open, mut noted) = (vec![span], Vec::new());
-        while let Some(text) = open.pop().map(|span| source.slice(span)) {
-            let words = text.split(|letter: char| !letter.is_alphanumeric() && letter != '_');
-            for word in words {
+        while let Some(span) = open.pop() {
+            let inside = names.iter().map(|part| (part.span(), part.text()));
+            let inside = inside.filter(|(name, _)| span.start <= name.start && name.end <= span.end);
+            for (_, path) in inside {
+                let word = path.split('.').next().unwrap_or(path).trim_end();
                 let Some((name, value)) = lets.iter().find(|(name, _)| *name == word) else { continue };
                 if noted.contains(name) || noted.len() >= MOST {
                     continue;

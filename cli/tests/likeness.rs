@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, exists};
+use common::{Folder, Ran, exists};
 
 /// A picture of one colour.
 fn scene(color: &str, test: &str) -> String {
@@ -19,7 +19,6 @@ fn three() -> Folder {
     folder.write("scenes/a.kin", &scene("#ff0000", "// test: a.png"));
     folder.write("scenes/b.kin", &scene("#00ff00", "// test: pictures/b.png, samples 2, flip < 0.01"));
     folder.write("scenes/none.kin", &scene("#00ff00", "// it says nothing"));
-    std::fs::create_dir(folder.path("scenes/pictures")).unwrap();
     let test = "test scenes --backend cpu";
     folder.run(test).check(1, &["missing scenes/a.kin:2: a.png: there is no reference", "2 missing", "--bless"]);
     folder.run(&format!("{test} --bless")).check(0, &["blessed scenes/b.kin:2: pictures/b.png", "2 blessed"]);
@@ -39,7 +38,8 @@ fn right_changed_missing() {
             "changed scenes/b.kin:2: pictures/b.png: flip 0.",
             "≥ 0.01",
             "missing scenes/c.kin:2: c.exr",
-            "faulty scenes/c.kin:3: `flop` is not known here; did you mean `flip`?",
+            "faulty scenes/c.kin:3: `flop` is not known here",
+            "did you mean `flip`?",
             "tested 4 pictures in ",
             "1 right, 1 changed, 1 missing, 1 faulty",
         ],
@@ -48,13 +48,38 @@ fn right_changed_missing() {
     assert!(folder.read("scenes/pictures/b.png") == before && !exists(&folder.path("scenes/c.exr")));
 
     let xml = String::from_utf8(folder.read("out.xml")).unwrap();
-    assert!(xml.contains("<testsuites name=\"kinora test\" tests=\"4\" failures=\"3\" errors=\"0\">"), "{xml}");
-    assert!(xml.contains("<testcase name=\"a.png\" classname=\"scenes/a.kin\" time=\""), "{xml}");
-    assert!(xml.contains("<failure type=\"changed\" message=\"flip 0."), "{xml}");
+    for piece in [
+        "<testsuites name=\"kinora test\" tests=\"4\" failures=\"2\" errors=\"1\" time=\"",
+        "<testsuite name=\"scenes/a.kin\" tests=\"1\" failures=\"0\" errors=\"0\" time=\"",
+        "<testsuite name=\"scenes/c.kin\" tests=\"2\" failures=\"1\" errors=\"1\" time=\"",
+        "<testcase name=\"a.png\" classname=\"scenes/a.kin\" file=\"scenes/a.kin\" line=\"2\" time=\"",
+        "<failure type=\"changed\" message=\"flip 0.",
+        "<failure type=\"missing\" message=\"there is no reference\">",
+        "<error type=\"faulty\" message=\"`flop` is not known here\">",
+    ] {
+        assert!(xml.contains(piece), "no {piece} in {xml}");
+    }
     let html = String::from_utf8(folder.read("out.html")).unwrap();
-    // Two pictures of each comparison stand side by side and to swipe, with a third of the difference.
-    assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 5 + 5 + 1);
-    assert!(!html.contains("http") && html.contains("class=\"wrong\" open"), "nothing comes from elsewhere");
+    // The new picture where one is missing, and two with the difference where there is something to compare.
+    assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 3 + 3 + 1);
+    assert_eq!((html.matches("data-swipe>").count(), html.matches("class=\"scale\"").count()), (2, 2));
+    for piece in [
+        "<code>pictures/b.png, samples 2, flip &lt; 0.01</code>",
+        "<code>kinora test scenes/b.kin --bless</code>",
+        "did you mean `flip`?",
+        "alt=\"the reference of scenes/b.kin: pictures/b.png\"",
+    ] {
+        assert!(html.contains(piece), "no {piece}");
+    }
+    assert!(!html.contains("http:") && !html.contains("https:"), "nothing comes from elsewhere");
+    assert!(html.find("class=\"wrong\" open") < html.find("class=\"right\">"), "what is wrong comes first");
+
+    let ran = folder.run("test scenes --backend cpu --json -q").check(1, &[]);
+    let records: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let of = |at: usize| (records[at]["scene"].as_str().unwrap(), records[at]["verdict"].as_str().unwrap());
+    let verdicts = [("scenes/a.kin", "right"), ("scenes/b.kin", "changed"), ("scenes/c.kin", "missing")];
+    assert_eq!([of(0), of(1), of(2)], verdicts);
+    assert!(records[1]["flip"].as_f64() > Some(0.01) && records[2]["flip"].is_null() && records[3]["line"] == 3);
 
     // What is blessed is what `render` writes.
     folder.run("test scenes/b.kin --backend cpu --bless -q").check(0, &[]);
@@ -70,22 +95,99 @@ fn what_keeps_a_scene_from_a_picture() {
     folder.write("b.kin", &scene("#ff0000", "// test: b.png, param hue=3"));
     folder.write("c.kin", &scene("#ff0000", "// test: c.png\n// test: c.tiff"));
     folder.write("c.png", "no picture");
-    folder.run("test a.kin b.kin c.kin --backend cpu").check(
+    let line = "test a.kin b.kin c.kin --backend cpu";
+    folder.run(line).check(
         1,
         &[
             "faulty a.kin:2: a.png: the scene has mistakes",
             "E0117",
             "faulty b.kin:2: b.png",
             "hue",
-            "faulty c.kin:2: c.png: cannot read `c.png`",
-            "faulty c.kin:3: c.tiff: pictures cannot be written as `.tiff`",
+            "faulty c.kin:2: c.png: the reference cannot be read",
+            "faulty c.kin:3: `c.tiff` is no picture to compare with",
+            "4 faulty",
         ],
     );
-    folder.write("d.kin", &scene("#ff0000", ""));
+    // A reference that is no picture is written anew; where there is no picture, nothing is.
+    folder.run(&format!("{line} --bless")).check(1, &["blessed c.kin:2: c.png", "1 blessed, 3 faulty"]);
+    assert!(folder.read("c.png").starts_with(b"\x89PNG") && !exists(&folder.path("a.png")));
+    folder.write("d.kin", &scene("#ff0000", "/*\n// test: d.png\n*/"));
     folder.run("test d.kin --backend cpu").check(2, &["no scene here names a reference"]);
     folder.run("test d.kin --backend cpu --allow-empty").check(0, &["nothing to do"]);
     folder.run("test nowhere.kin --backend cpu").check(2, &["cannot read `nowhere.kin`"]);
     folder.run("test a.kin --html nowhere/out.html").check(2, &["there is no folder `nowhere`"]);
+}
+
+#[test]
+fn references_stay_in_the_project() {
+    let folder = Folder::new();
+    folder.write("p/kinora.toml", "");
+    folder.write("p/scenes/a.kin", &scene("#ff0000", "// test: ../pictures/new/a.png\n// test: /pictures/b.exr"));
+    folder.run("test p --backend cpu --bless").check(0, &["2 blessed"]);
+    assert_eq!((folder.names("p/pictures"), folder.names("p/pictures/new")), (names(&["b.exr", "new"]), names(&["a.png"])));
+    folder.run("test p --backend cpu").check(0, &["2 right"]);
+    // What is right keeps its bytes.
+    let before = std::fs::metadata(folder.path("p/pictures/b.exr")).unwrap().modified().unwrap();
+    folder.run("test p --backend cpu --bless").check(0, &["2 right"]);
+    assert_eq!(std::fs::metadata(folder.path("p/pictures/b.exr")).unwrap().modified().unwrap(), before);
+
+    folder.write("p/scenes/out.kin", &scene("#ff0000", "// test: ../../out.png\n// test: ./a.png\n// test: a.png"));
+    let pieces = ["`../../out.png` is outside the project", "`a.png` is named twice", "1 blessed, 2 faulty"];
+    folder.run("test p/scenes/out.kin --backend cpu --bless").check(1, &pieces);
+    assert!(!exists(&folder.path("out.png")));
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../..", folder.path("p/scenes/away")).unwrap();
+        folder.write("p/scenes/link.kin", &scene("#ff0000", "// test: away/out.png\n// test: away/deep/out.png"));
+        folder.run("test p/scenes/link.kin --backend cpu --bless").check(1, &["links outside the project", "2 faulty"]);
+        assert!(!exists(&folder.path("out.png")) && !exists(&folder.path("deep")));
+    }
+}
+
+fn names(list: &[&str]) -> Vec<String> {
+    list.iter().map(|name| name.to_string()).collect()
+}
+
+#[test]
+fn github_shows_what_changed() {
+    let folder = three();
+    let mut command = folder.command("test scenes --backend cpu");
+    command.env("GITHUB_ACTIONS", "true").env("GITHUB_STEP_SUMMARY", folder.path("summary.md"));
+    let ran = Ran::from("test", command.output().unwrap()).check(1, &["1 changed"]);
+    let start = "::error title=kinora test,file=scenes/b.kin,line=2::pictures/b.png is changed: flip 0.";
+    assert!(ran.out.starts_with(start), "{}", ran.out);
+    assert_eq!(ran.out.lines().count(), 3);
+    let summary = String::from_utf8(folder.read("summary.md")).unwrap();
+    assert!(summary.contains("| missing | scenes/c.kin:2 | c.exr: there is no reference |"), "{summary}");
+}
+
+#[test]
+fn names_of_all_kinds() {
+    let folder = Folder::new();
+    let name = "a <b> & 'c' \u{fc}\u{1f600}";
+    folder.write(&format!("{name}.kin"), &scene("#ff0000", &format!("// test: \"{name}, 1.png\", samples 1")));
+    let run = |flags: &[&str]| {
+        let mut command = folder.command("test . --backend cpu");
+        Ran::from("test .", command.args(flags).output().unwrap())
+    };
+    run(&["--html", "out.html", "--junit", "out.xml"]).check(1, &[&format!("missing {name}.kin:2: {name}, 1.png: there")]);
+    let escaped = name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    for file in ["out.html", "out.xml"] {
+        let text = String::from_utf8(folder.read(file)).unwrap();
+        assert!(text.contains(&escaped) && !text.contains(name), "{file}");
+    }
+    run(&["--bless"]).check(0, &["1 blessed"]);
+    run(&["-q"]).check(0, &[]);
+}
+
+#[test]
+fn transparent_pictures() {
+    let folder = Folder::new();
+    let text = scene("#ff0000", "// test: a.png, flip < 0.0001\n// test: a.exr, error < 1e-9")
+        .replace("tonemap: none", "tonemap: none, background: transparent");
+    folder.write("a.kin", &(text + "sphere ball { radius: 1, material: diffuse { color: #40c080 } }\n"));
+    folder.run("test a.kin --backend cpu --bless").check(0, &["2 blessed"]);
+    folder.run("test a.kin --backend cpu").check(0, &["2 right"]);
 }
 
 #[test]
@@ -111,9 +213,14 @@ fn two_pictures() {
     }
     folder.run("diff a.png b.png --html d.html -o d.png").check(1, &[]);
     assert!(exists(&folder.path("d.html")) && folder.read("d.png").starts_with(b"\x89PNG"));
-    folder.run("diff a.png b.exr").check(2, &["linear light"]);
+    folder.run("diff a.png b.png --flip 0.3 --error 0").check(1, &[]);
+    folder.run("diff a.png b.png --error 1").check(0, &[]);
+    folder.run("diff a.png b.exr").check(2, &["linear light", "compare two of a kind"]);
     folder.run("diff a.png c.png").check(2, &["cannot read `c.png`"]);
     folder.run("diff a.png a.kin").check(2, &["pictures are compared as"]);
     folder.run("render a.kin --backend cpu -q --size 8x8 -o s.png").check(0, &[]);
-    folder.run("diff a.png s.png").check(2, &["the reference is 32 × 24, the picture 8 × 8"]);
+    let ran = folder.run("diff a.png s.png --flip 1 --html s.html -o none.png").check(1, &[]);
+    assert_eq!(ran.out, "the reference is 32 × 24, the picture 8 × 8\n");
+    let html = String::from_utf8(folder.read("s.html")).unwrap();
+    assert!(html.matches("src=\"data:image/png;base64,").count() == 2 && !exists(&folder.path("none.png")));
 }

@@ -5,6 +5,7 @@ extern crate alloc;
 
 pub mod assets;
 pub mod builtin;
+pub mod claims;
 pub mod diagnostic;
 pub mod dimension;
 pub mod eval;

@@ -13,9 +13,11 @@ pub mod fmt;
 pub mod info;
 pub mod inspect;
 pub mod man;
+pub mod migrate;
 pub mod new;
 pub mod params;
 #[cfg(feature = "render")]
 pub mod render;
+pub mod rewrite;
 #[cfg(feature = "render")]
 pub mod test;

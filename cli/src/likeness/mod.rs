@@ -2,7 +2,6 @@
 //! Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for Alternating Images", HPG 2020), and
 //! by the relative error of their light.
 
-mod claim;
 mod page;
 
 use std::io::Cursor;
@@ -11,11 +10,10 @@ use std::path::Path;
 use flip_rs::{DEFAULT_PPD, ErrorMap, FlipError, HdrOptions, RgbImage, hdr_flip, ldr_flip};
 use image::{ImageFormat, ImageReader};
 
-pub use claim::{Claim, Misread, claims};
 pub use page::{Shown, page};
 
 /// Files larger than this are no pictures to compare.
-const MOST_BYTES: u64 = 2 << 30;
+pub const MOST_BYTES: u64 = 2 << 30;
 /// Pixels of the largest picture.
 const MOST_PIXELS: u64 = 1 << 28;
 
@@ -93,11 +91,10 @@ impl Difference {
     /// They are not of one size or kind, or a number in them is none.
     pub fn between(reference: &Picture, test: &Picture) -> Result<Difference, String> {
         if reference.size != test.size {
-            let [a, b] = [reference.size, test.size].map(|[width, height]| format!("{width} × {height}"));
-            return Err(format!("the reference is {a}, the picture {b}"));
+            return Err(sizes(reference, test));
         }
         if reference.linear != test.linear {
-            return Err("one of them is linear light (.exr, .hdr), the other as a display shows it".into());
+            return Err("one of them is linear light (.exr, .hdr), the other as a display shows it: compare two of a kind".into());
         }
         let said = |error: FlipError| match error {
             FlipError::NonFiniteInput => "a pixel is no number".to_string(),
@@ -129,10 +126,26 @@ impl Difference {
 
     /// FLIP of each pixel in the colours of "magma", black where there is none, as a PNG.
     pub fn png(&self) -> Result<Vec<u8>, String> {
-        let colors = self.map.colorize().map_err(|error| error.to_string())?;
-        let bytes = colors.pixels().iter().map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8);
-        png([self.map.width(), self.map.height()], bytes.collect())
+        png([self.map.width(), self.map.height()], colored(&self.map).map_err(|error| error.to_string())?)
     }
+}
+
+fn colored(map: &ErrorMap) -> Result<Vec<u8>, FlipError> {
+    Ok(map.colorize()?.pixels().iter().map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8).collect())
+}
+
+/// The colours of FLIP from 0 to 1, in equal steps, as CSS has them.
+fn colors() -> Vec<String> {
+    const STEPS: usize = 17;
+    let steps = (0..STEPS).map(|step| step as f32 / (STEPS - 1) as f32).collect();
+    let bytes = ErrorMap::new(STEPS, 1, steps).and_then(|map| colored(&map)).unwrap_or_default();
+    bytes.chunks_exact(3).map(|color| format!("#{:02x}{:02x}{:02x}", color[0], color[1], color[2])).collect()
+}
+
+/// What is said of two pictures that are not of one size.
+pub fn sizes(reference: &Picture, test: &Picture) -> String {
+    let [a, b] = [reference.size, test.size].map(|[width, height]| format!("{width} × {height}"));
+    format!("the reference is {a}, the picture {b}")
 }
 
 fn encoded(light: f32) -> f32 {

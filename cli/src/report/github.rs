@@ -3,6 +3,9 @@
 //! A command that is not written exactly so is dropped without a word, and so are all but the first ten errors and ten
 //! warnings of a step: errors come first.
 
+use std::io::Write;
+use std::path::Path;
+
 use kinora_lang::diagnostic::Diagnostic;
 
 use super::Report;
@@ -15,24 +18,43 @@ pub fn github(report: &Report<'_>) -> String {
     errors_first(report).into_iter().map(|found| command(report, found) + "\n").collect()
 }
 
-/// What the page of the step shows, in Markdown.
-pub fn summary(report: &Report<'_>, last_line: &str) -> String {
-    let mut text = format!("### kinora\n\n{last_line}\n");
-    if !report.found.is_empty() {
-        text += "\n| | place | |\n|---|---|---|\n";
-    }
-    for found in errors_first(report).into_iter().take(MOST_ROWS) {
+/// Whether a workflow of GitHub runs this.
+pub fn on_github() -> bool {
+    std::env::var("GITHUB_ACTIONS").as_deref() == Ok("true")
+}
+
+/// Each finding for [`summarise`]: what it is, where, and what is said of it.
+pub fn summary(report: &Report<'_>) -> Vec<[String; 3]> {
+    let row = |found: &Diagnostic| {
         let place = match report.start(found) {
             Some((name, at)) => format!("{name}:{}:{}", at.line, at.column),
             None => report.file_of(found).to_string(),
         };
-        let message = found.message.replace('|', "\\|");
-        text += &format!("| {}[{}] | {place} | {message} |\n", found.severity.name(), found.code);
+        [format!("{}[{}]", found.severity.name(), found.code), place, found.message.clone()]
+    };
+    errors_first(report).into_iter().map(row).collect()
+}
+
+/// Adds to what the page of the step shows, where there is one: a line, and a table of what is wrong.
+///
+/// # Errors
+/// The file of the summary cannot be written.
+pub fn summarise(last_line: &str, rows: &[[String; 3]]) -> Result<(), String> {
+    let Some(path) = std::env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()) else { return Ok(()) };
+    let mut text = format!("### kinora\n\n{last_line}\n");
+    if !rows.is_empty() {
+        text += "\n| | place | |\n|---|---|---|\n";
     }
-    if report.found.len() > MOST_ROWS {
-        text += &format!("\nand {} more\n", report.found.len() - MOST_ROWS);
+    for row in rows.iter().take(MOST_ROWS) {
+        let row = row.each_ref().map(|cell| cell.replace('|', "\\|"));
+        text += &format!("| {} |\n", row.join(" | "));
     }
-    text
+    if rows.len() > MOST_ROWS {
+        text += &format!("\nand {} more\n", rows.len() - MOST_ROWS);
+    }
+    let file = std::fs::OpenOptions::new().append(true).create(true).open(&path);
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write `{}`: {error}", Path::new(&path).display()))
 }
 
 fn errors_first<'a>(report: &Report<'a>) -> Vec<&'a Diagnostic> {
@@ -42,17 +64,22 @@ fn errors_first<'a>(report: &Report<'a>) -> Vec<&'a Diagnostic> {
 }
 
 fn command(report: &Report<'_>, found: &Diagnostic) -> String {
-    let mut properties = format!("title={}", property(&format!("kinora ({})", found.code)));
-    properties += &format!(",file={}", property(report.file_of(found)));
+    let mut place = String::new();
     if let Some((source, span)) = found.place().and_then(|(file, span)| Some((report.source(file)?, span))) {
         let (start, end) = (source.position(span.start), source.position(span.end));
         // Columns of several lines would be dropped, and the command with them.
-        properties += &match start.line == end.line {
+        place = match start.line == end.line {
             true => format!(",line={},col={},endLine={},endColumn={}", start.line, start.column, end.line, end.column),
             false => format!(",line={},endLine={}", start.line, end.line),
         };
     }
-    format!("::{} {properties}::{}", found.severity.name(), data(&found.message))
+    let title = format!("kinora ({})", found.code);
+    annotation(found.severity.name(), &title, report.file_of(found), &place, &found.message)
+}
+
+/// A command: `place` is empty, or begins with `,line=`.
+pub fn annotation(level: &str, title: &str, file: &str, place: &str, message: &str) -> String {
+    format!("::{level} title={},file={}{place}::{}", property(title), property(file), data(message))
 }
 
 fn data(text: &str) -> String {

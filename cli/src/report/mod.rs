@@ -5,14 +5,18 @@ mod gitlab;
 mod junit;
 mod sarif;
 
-pub use github::{github, summary};
+pub use github::{github, on_github, summarise, summary};
 pub use gitlab::gitlab;
-#[cfg(feature = "render")]
-pub use junit::escaped;
 pub use junit::junit;
 pub use sarif::sarif;
+#[cfg(feature = "render")]
+pub use {
+    github::annotation,
+    junit::{Fault, Suite, TestCase, xml},
+};
 
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use kinora_lang::diagnostic::{Diagnostic, Listing, Style, render, render_short};
 use kinora_lang::source::{FileId, Position, Source};
@@ -37,6 +41,19 @@ pub fn short(listing: &Listing, sources: &[Source]) -> String {
 /// One finding without colours.
 pub fn plain(found: &Diagnostic, sources: &[Source]) -> String {
     render(found, sources, Style::default())
+}
+
+/// A path as a server knows it that has the current folder: relative, with `/`.
+pub fn from_here(name: &str) -> String {
+    let path = Path::new(name);
+    let here = std::env::current_dir().unwrap_or_default();
+    let below = path.strip_prefix(&here).or_else(|_| match here.canonicalize() {
+        Ok(real) => path.strip_prefix(real).or(Ok(path)),
+        Err(_) => Ok::<&Path, std::path::StripPrefixError>(path),
+    });
+    let parts: PathBuf = below.unwrap_or(path).components().collect();
+    let name = parts.to_string_lossy().replace('\\', "/");
+    name.strip_prefix("./").map_or(name.clone(), str::to_string)
 }
 
 /// What was found in some files, for other programs.

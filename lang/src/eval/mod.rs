@@ -33,6 +33,7 @@ use std::sync::{Arc, mpsc};
 use kinora_scene::Scene;
 
 use crate::assets;
+use crate::claims;
 use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Dependency, Files};
 use crate::lower::{Lowered, Places, lower};
@@ -127,6 +128,7 @@ fn eval_modules(
     let sources = modules.sources();
     diagnostic::without_derived(&mut diagnostics, &modules.diagnostics, &sources);
     diagnostics.extend(modules.diagnostics.iter().cloned());
+    diagnostics.extend(sources.iter().flat_map(claims::misread));
     diagnostics = diagnostic::honour(diagnostics, &sources);
     diagnostic::sort(&mut diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);

@@ -395,8 +395,27 @@ impl<'a> Resolver<'a> {
         }
         let mut late = false;
         let mut head = None;
-        for item in &file.items {
+        let mut version: Option<Span> = None;
+        for (at, item) in file.items.iter().enumerate() {
             match item {
+                Item::Lang(lang) if at > 0 => {
+                    let found = Diagnostic::new("E0707", "`lang` must come first");
+                    let found = found.primary(file_id, lang.span, "below other items");
+                    let text = self.source.slice(lang.span);
+                    let remove = (lang.span, String::new());
+                    let (message, edits) = match version {
+                        None => ("move it into the first line", vec![(Span::at(start), format!("{text}\n\n")), remove]),
+                        Some(_) => ("remove it: the file says its version already", vec![remove]),
+                    };
+                    // Of two versions nobody knows which is meant.
+                    let clear = version.is_none_or(|span| self.source.slice(span) == text);
+                    let edits = edits.into_iter().map(|(span, insert)| Edit { file: file_id, span, insert });
+                    self.report(match matches!(lang.version.kind, ExprKind::Number(_)) && clear {
+                        true => found.fix_edits(Applicability::Safe, message, edits.collect()),
+                        false => found,
+                    });
+                    version = version.or(Some(lang.span));
+                }
                 Item::Import(import) if late => {
                     let text = self.source.slice(import.span);
                     let (place, text) = match head {
@@ -411,7 +430,11 @@ impl<'a> Resolver<'a> {
                             .fix_edits(Applicability::Safe, "move it up, below `lang`", edits.into()),
                     );
                 }
-                Item::Import(_) | Item::Lang(_) => head = Some(item.span().end),
+                Item::Lang(lang) => {
+                    version = Some(lang.span);
+                    head = Some(lang.span.end);
+                }
+                Item::Import(import) => head = Some(import.span.end),
                 _ => late = true,
             }
         }

@@ -10,7 +10,7 @@ use super::Checked;
 use crate::write::write;
 
 /// A fix can make room for another, so often at most.
-const ROUNDS: usize = 10;
+pub const ROUNDS: usize = 10;
 
 /// Applies fixes to the files and to what they import; how many findings were put right.
 ///

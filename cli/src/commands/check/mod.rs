@@ -4,6 +4,8 @@ mod fix;
 mod flags;
 mod output;
 
+pub use fix::ROUNDS;
+
 use std::collections::{HashMap, HashSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Where the findings go, and as what.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use kinora_lang::diagnostic::{Diagnostic, MAX_SHOWN, codes, list, to_json, to_json_lines};
@@ -36,24 +36,11 @@ impl Names {
         let as_given = loaded.sources_as_given();
         self.in_project.extend(loaded.sources.iter().cloned());
         self.from_here.extend(as_given.iter().cloned().map(|mut source| {
-            source.name = from_here(&source.name).into();
+            source.name = report::from_here(&source.name).into();
             source
         }));
         self.as_given.extend(as_given);
     }
-}
-
-/// A path as a server knows it that has the current folder: relative, with `/`.
-fn from_here(name: &str) -> String {
-    let path = Path::new(name);
-    let here = std::env::current_dir().unwrap_or_default();
-    let below = path.strip_prefix(&here).or_else(|_| match here.canonicalize() {
-        Ok(real) => path.strip_prefix(real).or(Ok(path)),
-        Err(_) => Ok::<&Path, std::path::StripPrefixError>(path),
-    });
-    let parts: PathBuf = below.unwrap_or(path).components().collect();
-    let name = parts.to_string_lossy().replace('\\', "/");
-    name.strip_prefix("./").map_or(name.clone(), str::to_string)
 }
 
 /// The format, and on GitHub its annotations beside it where no format is asked for.
@@ -67,7 +54,7 @@ pub fn formats(args: &Args) -> Result<Vec<Format>, String> {
             let names = names.join(", ");
             vec![Format::from_str(&name, true).map_err(|_| format!("{FORMAT} is `{name}`: known are {names}"))?]
         }
-        (None, None) if set("GITHUB_ACTIONS").as_deref() == Some("true") => vec![Format::Full, Format::Github],
+        (None, None) if report::on_github() => vec![Format::Full, Format::Github],
         (None, None) => vec![Format::Full],
     })
 }
@@ -81,7 +68,7 @@ pub fn write(
     names: &Names,
     last_line: &str,
 ) -> Result<(), String> {
-    let files: Vec<String> = files.iter().map(|file| from_here(&file.to_string_lossy())).collect();
+    let files: Vec<String> = files.iter().map(|file| report::from_here(&file.to_string_lossy())).collect();
     for (at, format) in formats.iter().enumerate() {
         let text = text(args, *format, &files, found, names);
         match (&args.output, format) {
@@ -90,11 +77,9 @@ pub fn write(
             _ => terminal::out(&text)?,
         }
     }
-    if formats.contains(&Format::Github)
-        && let Some(path) = std::env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty())
-    {
+    if formats.contains(&Format::Github) {
         let report = Report { files: &files, found, sources: &names.from_here };
-        append(Path::new(&path), &report::summary(&report, last_line))?;
+        report::summarise(last_line, &report::summary(&report))?;
     }
     Ok(())
 }
@@ -116,13 +101,6 @@ fn text(args: &Args, format: Format, files: &[String], found: &[Diagnostic], nam
         Format::Gitlab => report::gitlab(&report),
         Format::Junit => report::junit(&report),
     }
-}
-
-fn append(path: &Path, text: &str) -> Result<(), String> {
-    use std::io::Write;
-    let file = std::fs::OpenOptions::new().append(true).create(true).open(path);
-    file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
 /// How often each code occurs, the most frequent first.

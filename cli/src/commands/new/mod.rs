@@ -24,6 +24,10 @@ const FILES: [(&str, &str); 5] = [
     (".github/workflows/scenes.yml", include_str!("scenes.yml")),
 ];
 
+/// What stands in the files for this program.
+const WORDS: [(&str, &str); 2] =
+    [("@VERSION@", env!("CARGO_PKG_VERSION")), ("@REPOSITORY@", env!("CARGO_PKG_REPOSITORY"))];
+
 pub fn run(args: &Args) -> Outcome {
     let folder = &args.folder;
     let cannot = |error: std::io::Error| format!("cannot make `{}`: {error}", folder.display());
@@ -36,7 +40,8 @@ pub fn run(args: &Args) -> Outcome {
     for (name, text) in FILES {
         let path = folder.join(name);
         fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(cannot)?;
-        write::create(&path, text)?;
+        let text = WORDS.iter().fold(text.to_string(), |text, (word, value)| text.replace(word, value));
+        write::create(&path, &text)?;
     }
     let scene = folder.join("scene.kin");
     let bless = format!("kinora test {} --bless", scene.display());

@@ -111,8 +111,9 @@ backdrop { }"#,
     },
     Row {
         code: "E0707",
-        title: "an import below other items",
-        text: "Imports come first, so that a reader sees at once what a file needs.",
+        title: "an import or the version below other items",
+        text: "The `lang` line is the first item of a file, so that all of it is read as that version means it. Imports \
+            come next, so that a reader sees at once what a file needs.",
         bad: scene!(
             r#"sphere ball { material: metals.gold }
 import "std/metals" as metals"#

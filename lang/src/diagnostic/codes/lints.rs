@@ -1,4 +1,4 @@
-//! Codes of physics, and of allowances.
+//! Codes of physics, of allowances and of tests.
 
 use super::Row;
 
@@ -72,6 +72,21 @@ sphere ball { radius: size }"#
         text: "The shape that a body collides with is made once, at 0s.",
         bad: scene!("sphere ball { scale: 1 + time / 1s, rigid_body { kind: kinematic } }"),
         good: scene!("sphere ball { scale: 2, rigid_body { kind: kinematic } }"),
+    },
+    Row {
+        code: "W0904",
+        title: "a test that cannot be read",
+        text: "A comment `// test: picture.png, samples 64, flip < 0.02` on a line of its own names a reference picture \
+            of the scene for `kinora test`. After the file may come samples, size, frame, seed, camera, param, flip and \
+            error; the file lies in the project.",
+        bad: scene!(
+            r#"// test: picture.png, smaples 64
+sphere ball { radius: 1 }"#
+        ),
+        good: scene!(
+            r#"// test: picture.png, samples 64
+sphere ball { radius: 1 }"#
+        ),
     },
     Row {
         code: "E0905",

@@ -217,7 +217,8 @@ sphere ball { radius: count }"#
         code: "E0120",
         title: "a control character is in the text",
         text: "Characters that are not seen, or that change the order in which text is shown, could make a scene \
-            look like another one. They are not allowed anywhere, not even in comments and strings.",
+            look like another one. They are not allowed anywhere, not even in comments and strings. Lines end with a \
+            line feed, with or without a carriage return before it; a carriage return alone ends none.",
         bad: scene!("sphere ball { radius: 1 } // \u{202E}1 :suidar"),
         good: scene!("sphere ball { radius: 1 } // radius: 1"),
     },

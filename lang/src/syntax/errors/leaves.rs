@@ -29,6 +29,7 @@ pub(super) fn open_comment(text: &str) -> Option<usize> {
 
 /// Characters that are not seen, or that change what is seen, anywhere in the text.
 pub(super) fn control_characters(finder: &mut Finder<'_>, inside: Span) {
+    lone_returns(finder, inside);
     let text = finder.text(inside);
     let plain = |byte: u8| matches!(byte, b'\t'..=b'\r' | b' '..=b'~');
     if text.bytes().all(plain) {
@@ -54,6 +55,29 @@ pub(super) fn control_characters(finder: &mut Finder<'_>, inside: Span) {
             finder.push_urgent(found);
         }
     }
+}
+
+/// Carriage returns that end no line: a comment would go on behind them unseen.
+fn lone_returns(finder: &mut Finder<'_>, inside: Span) {
+    let text = finder.text(inside);
+    if !text.contains('\r') {
+        return;
+    }
+    let bytes = text.as_bytes();
+    let is_lone = |at: &usize| bytes[*at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
+    let (mut lone, place) = ((0..bytes.len()).filter(is_lone), |at: usize| inside.start + at as u32);
+    let Some(first) = lone.next() else { return };
+    let last = lone.last().unwrap_or(first);
+    // One edit, as there may be millions of them.
+    let put: Vec<String> = text[first..=last].split("\r\n").map(|part| part.replace('\r', "\n")).collect();
+    let found = finder.error(
+        "E0120",
+        "a carriage return ends no line by itself",
+        Span::new(place(first), place(first) + 1),
+        if last == first { "here" } else { "here, and more of them below" },
+    );
+    let whole = Span::new(place(first), place(last) + 1);
+    finder.push_urgent(found.fix(Safe, "end lines as `\\n` or `\\r\\n`", finder.file(), whole, put.join("\r\n")));
 }
 
 fn is_bidi(character: char) -> bool {
