@@ -124,7 +124,10 @@ fn references_stay_in_the_project() {
     folder.write("p/kinora.toml", "");
     folder.write("p/scenes/a.kin", &scene("#ff0000", "// test: ../pictures/new/a.png\n// test: /pictures/b.exr"));
     folder.run("test p --backend cpu --bless").check(0, &["2 blessed"]);
-    assert_eq!((folder.names("p/pictures"), folder.names("p/pictures/new")), (names(&["b.exr", "new"]), names(&["a.png"])));
+    assert_eq!(
+        (folder.names("p/pictures"), folder.names("p/pictures/new")),
+        (names(&["b.exr", "new"]), names(&["a.png"]))
+    );
     folder.run("test p --backend cpu").check(0, &["2 right"]);
     // What is right keeps its bytes.
     let before = std::fs::metadata(folder.path("p/pictures/b.exr")).unwrap().modified().unwrap();
@@ -170,7 +173,8 @@ fn names_of_all_kinds() {
         let mut command = folder.command("test . --backend cpu");
         Ran::from("test .", command.args(flags).output().unwrap())
     };
-    run(&["--html", "out.html", "--junit", "out.xml"]).check(1, &[&format!("missing {name}.kin:2: {name}, 1.png: there")]);
+    run(&["--html", "out.html", "--junit", "out.xml"])
+        .check(1, &[&format!("missing {name}.kin:2: {name}, 1.png: there")]);
     let escaped = name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     for file in ["out.html", "out.xml"] {
         let text = String::from_utf8(folder.read(file)).unwrap();

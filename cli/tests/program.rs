@@ -268,15 +268,6 @@ fn a_new_project() {
     folder.run("new film").check(0, &[]);
     let names = [".github", ".gitignore", "README.md", "kinora.toml", "scene.kin"];
     assert!(names.iter().all(|name| folder.names("film").contains(&name.to_string())), "{:?}", folder.names("film"));
-    // The steps of its workflow.
-    let workflow = String::from_utf8(folder.read("film/.github/workflows/scenes.yml")).unwrap();
-    let steps = workflow.lines().filter_map(|line| line.trim().strip_prefix("run: kinora "));
-    let steps: Vec<&str> = steps.filter(|step| cfg!(feature = "render") || !step.starts_with("test")).collect();
-    assert!(steps.len() >= 2, "{workflow}");
-    for step in steps {
-        let output = folder.command(step).current_dir(folder.path("film")).output().unwrap();
-        Ran::from(step, output).check(0, &[]);
-    }
     folder.run("new film").check(2, &["`film` is not empty"]);
     folder.write("file", "");
     folder.run("new file").check(2, &["`file` is a file"]);

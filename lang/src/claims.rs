@@ -130,7 +130,9 @@ impl Reader<'_> {
         let ending = path.rsplit('/').next().and_then(|name| name.rsplit_once('.')).map_or("", |(_, ending)| ending);
         if !ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending)) {
             let known = "pictures are compared as .png, .jpg, .exr or .hdr";
-            return Err(Box::new(wrong(source, place, format!("`{file}` is no picture to compare with"), "").help(known)));
+            return Err(Box::new(
+                wrong(source, place, format!("`{file}` is no picture to compare with"), "").help(known),
+            ));
         }
         let mut claim = Claim {
             line: source.line_index(self.comment.start) + 1,

@@ -195,7 +195,11 @@ pub fn run(args: &Args) -> Outcome {
         };
         progress.end(String::new);
         let case = match case {
-            Ok(case) => Case { scene: report::from_here(&test.scene.to_string_lossy()), seconds: begun.elapsed().as_secs_f64(), ..case },
+            Ok(case) => Case {
+                scene: report::from_here(&test.scene.to_string_lossy()),
+                seconds: begun.elapsed().as_secs_f64(),
+                ..case
+            },
             Err(outcome) => return outcome,
         };
         if !args.quiet || !case.verdict.is_right() {
@@ -260,8 +264,7 @@ impl Case {
         let color = if self.verdict.is_right() { "32" } else { "1;31" };
         let Case { scene, line, reference, said, more, .. } = self;
         let reference = if reference.is_empty() { String::new() } else { format!("{reference}: ") };
-        let mut text =
-            format!("\x1b[{color}m{:>7}\x1b[0m {scene}:{line}: {reference}{said}\n", self.verdict.word());
+        let mut text = format!("\x1b[{color}m{:>7}\x1b[0m {scene}:{line}: {reference}{said}\n", self.verdict.word());
         if !more.is_empty() {
             text += &format!("{}\n", more.trim_end());
         }
@@ -271,7 +274,8 @@ impl Case {
     /// For a page.
     fn shown(self) -> Shown {
         let Case { scene, line, reference, verdict, said, more, asked, pictures, .. } = self;
-        let quoted = if scene.contains([' ', '&', '<', '>', '(', ')']) { format!("\"{scene}\"") } else { scene.clone() };
+        let quoted =
+            if scene.contains([' ', '&', '<', '>', '(', ')']) { format!("\"{scene}\"") } else { scene.clone() };
         let bless = !verdict.is_right() && pictures.picture.is_some();
         let Pictures { reference: before, picture, difference } = pictures;
         Shown {
@@ -299,7 +303,9 @@ enum Reference {
 
 fn reference(test: &Test<'_>, claim: &Claim) -> Result<Reference, Fault> {
     match test.folder.read_at_most(&claim.path, MOST_BYTES) {
-        Ok(bytes) => Ok(Picture::decode(Path::new(&claim.path), &bytes).map_or_else(Reference::Unreadable, Reference::There)),
+        Ok(bytes) => {
+            Ok(Picture::decode(Path::new(&claim.path), &bytes).map_or_else(Reference::Unreadable, Reference::There))
+        }
         Err(FileError::Missing { .. }) => Ok(Reference::Missing),
         Err(error) => Err(at_fault(error.message())),
     }

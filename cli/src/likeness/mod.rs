@@ -94,7 +94,10 @@ impl Difference {
             return Err(sizes(reference, test));
         }
         if reference.linear != test.linear {
-            return Err("one of them is linear light (.exr, .hdr), the other as a display shows it: compare two of a kind".into());
+            return Err(
+                "one of them is linear light (.exr, .hdr), the other as a display shows it: compare two of a kind"
+                    .into(),
+            );
         }
         let said = |error: FlipError| match error {
             FlipError::NonFiniteInput => "a pixel is no number".to_string(),
