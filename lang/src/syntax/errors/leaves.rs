@@ -67,7 +67,7 @@ fn lone_returns(finder: &mut Finder<'_>, inside: Span) {
     let is_lone = |at: &usize| bytes[*at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
     let (mut lone, place) = ((0..bytes.len()).filter(is_lone), |at: usize| inside.start + at as u32);
     let Some(first) = lone.next() else { return };
-    let last = lone.last().unwrap_or(first);
+    let last = lone.next_back().unwrap_or(first);
     // One edit, as there may be millions of them.
     let put: Vec<String> = text[first..=last].split("\r\n").map(|part| part.replace('\r', "\n")).collect();
     let found = finder.error(
