@@ -40,8 +40,7 @@ use exit::Outcome;
 use terminal::Color;
 
 /// Write a text file, see light; write `time`, get film.
-///
-/// `kinora FILE` opens a scene in a window, as `kinora view FILE` does.
+#[cfg_attr(feature = "viewer", doc = "", doc = "`kinora FILE` opens a scene in a window, as `kinora view FILE` does.")]
 #[derive(Parser)]
 #[command(name = "kinora", version, arg_required_else_help = true, after_help = CODES)]
 struct Cli {
