@@ -127,8 +127,19 @@ impl Order<'_> {
                 }
             }
         }
-        let Changes { params, sets, size, samples, seed, camera, frozen_bake, no_assets: _, levels: _, kept: _ } =
-            &self.changes;
+        let Changes {
+            params,
+            sets,
+            size,
+            samples,
+            seed,
+            camera,
+            frozen_bake,
+            no_assets: _,
+            levels: _,
+            kept: _,
+            open: _,
+        } = &self.changes;
         words.extend(params.iter().map(|(name, text)| format!("-D{name}={text}").into()));
         words.extend(sets.iter().map(|(name, text)| format!("--set={name}={text}").into()));
         words.extend(size.map(|[width, height]| format!("--size={width}x{height}").into()));
