@@ -11,8 +11,16 @@
 //! paths scatter, or where only the sky and lamps are seen. Which kind it is of, the eight pixels around it say. Of the
 //! 5 × 5 around it two estimates are made of variance / mean², and the larger counts:
 //! - the sum of variances over the squared sum of means, in which a bright event that one pixel of many has seen counts in
-//!   full; the 33 × 33 around it join in with the weight of one pixel, for what is so rare that nobody near by has seen it;
+//!   full; the 13 × 13 around it join in with the weight of four pixels and the 33 × 33 with that of one, for what is so rare
+//!   that nobody near by has seen it;
 //! - the mean over the pixels of variance / mean², which sees dark pixels beside bright ones.
+//!
+//! The number itself: where the squared error of a pixel falls as r² / nᵃ, r being the relative standard deviation of one
+//! sample, a given sum of samples leaves the least sum of squared errors if n ~ r^(2 / (1 + a)) (Neyman, "On the Two Different
+//! Aspects of the Representative Method", 1934, has a = 1). Numbers that would give all pixels the same error, n ~ r² at
+//! a = 1, are no better than the same number everywhere: what is saved where there is little noise goes to where a sample
+//! helps least. Sobol points have a between 1 and 2, and n ~ r^(2/3) turns out best; beyond [`NOISY`], n ~ r² again, so
+//! that no pixel is far from the target.
 
 use glam::{UVec2, Vec4};
 use kinora_kernel::PASS_SAMPLES;
@@ -25,8 +33,14 @@ use crate::film::Window;
 const BLOCKS: u32 = 4;
 /// How far neighbours reach, in pixels.
 const NEAR: u32 = 2;
+/// How far those reach that join in with the weight of [`MIDDLE_WEIGHT`] pixels.
+const MIDDLE: u32 = 6;
+const MIDDLE_WEIGHT: f64 = 4.0;
 /// How far those reach that join in with the weight of one pixel; as far are pixels traced around a crop.
 const FAR: u32 = 16;
+/// Variance of one sample / mean² above which pixels get samples in proportion to it; there the error is expected to be
+/// twice the target, if it falls as 1 / √n. It is the target where this number is 1 / √8.
+const NOISY: f64 = 2.828_427_1;
 /// Side of a tile in pixels: pixels that are traced together lie together.
 const TILE: u32 = 16;
 
@@ -197,12 +211,15 @@ impl Adaptive {
         let row = |y: u32| &self.pilots[y as usize * width as usize..][..width as usize];
         let around = |at: u32, reach: u32, end: u32| at.saturating_sub(reach)..(at + reach + 1).min(end);
         // Of each column as far as it reaches, kind by kind.
-        let mut columns = vec![[Sums::default(); 2]; width as usize];
-        for y in around(y, FAR, height) {
-            for (column, pilot) in columns.iter_mut().zip(row(y)) {
-                column[usize::from(pilot.scatters)].add(self.variance(pilot), pilot.mean);
+        let columns = [MIDDLE, FAR].map(|reach| {
+            let mut columns = vec![[Sums::default(); 2]; width as usize];
+            for y in around(y, reach, height) {
+                for (column, pilot) in columns.iter_mut().zip(row(y)) {
+                    column[usize::from(pilot.scatters)].add(self.variance(pilot), pilot.mean);
+                }
             }
-        }
+            columns
+        });
         let count = |x: u32| {
             let others = |reach: u32| {
                 let rows = around(y, reach, height);
@@ -215,15 +232,22 @@ impl Adaptive {
             for pilot in others(NEAR).filter(|pilot| pilot.scatters == kind) {
                 near.add(self.variance(pilot), pilot.mean);
             }
-            let mut far = Sums::default();
-            // Without the pixel's own column, which its own samples are in.
-            for i in around(x, FAR, width).filter(|i| *i != x) {
-                far.join(&columns[i as usize][usize::from(kind)]);
-            }
+            let wide = |columns: &[[Sums; 2]], reach: u32| {
+                let mut sums = Sums::default();
+                // Without the pixel's own column, which its own samples are in.
+                for i in around(x, reach, width).filter(|i| *i != x) {
+                    sums.join(&columns[i as usize][usize::from(kind)]);
+                }
+                sums
+            };
+            let (middle, far) = (wide(&columns[0], MIDDLE), wide(&columns[1], FAR));
             if near.pixels + far.pixels == 0.0 {
                 return self.most;
             }
-            let together = (near.pixels * near.relative() + far.relative()) / (near.pixels + 1.0);
+            let weights = [near.pixels, MIDDLE_WEIGHT.min(middle.pixels), 1.0_f64.min(far.pixels)];
+            let relative = [near, middle, far].map(|sums| sums.relative());
+            let sum: f64 = relative.iter().zip(weights).map(|(relative, weight)| weight * relative).sum();
+            let together = sum / weights.iter().sum::<f64>();
             // A mean near 0 says as little as the few samples behind it.
             let least = 0.1 * near.mean().powi(2);
             let each = others(NEAR)
@@ -240,10 +264,11 @@ impl Adaptive {
         f64::from(self.block) * f64::from(pilot.squares) / f64::from(BLOCKS - 1)
     }
 
-    // Samples that bring variance / mean² down to the square of the target.
+    // Samples for a pixel by the variance of one of them / mean².
     fn samples_for(&self, relative: f64) -> u32 {
         let least = BLOCKS * self.block;
-        let wanted = relative / (self.target * self.target);
+        let noise = if relative < NOISY { 0.5 * relative.cbrt() } else { 0.25 * relative };
+        let wanted = noise / (self.target * self.target);
         // Whole passes.
         let wanted = wanted.min(f64::from(u32::MAX - PASS_SAMPLES)).ceil() as u32;
         if wanted <= least { least } else { wanted.next_multiple_of(PASS_SAMPLES).min(self.most) }
