@@ -9,9 +9,9 @@
 //! The pilot is `min_samples`, in [`BLOCKS`] blocks of one Sobol sequence; between the means of a pixel's blocks lies the
 //! variance that counts (so stratification within a block does). The neighbours of a pixel are those of its own kind: where
 //! paths scatter, or where only the sky and lamps are seen. Which kind it is of, the eight pixels around it say. Of the
-//! 5 × 5 around it two estimates are made of variance / mean², and the larger counts:
+//! 3 × 3 around it two estimates are made of variance / mean², and the larger counts:
 //! - the sum of variances over the squared sum of means, in which a bright event that one pixel of many has seen counts in
-//!   full; the 13 × 13 around it join in with the weight of four pixels and the 33 × 33 with that of one, for what is so rare
+//!   full; the 13 × 13 around it join in with the weight of six pixels and the 33 × 33 with that of one, for what is so rare
 //!   that nobody near by has seen it;
 //! - the mean over the pixels of variance / mean², which sees dark pixels beside bright ones.
 //!
@@ -32,10 +32,10 @@ use crate::film::Window;
 /// Blocks of the pilot.
 const BLOCKS: u32 = 4;
 /// How far neighbours reach, in pixels.
-const NEAR: u32 = 2;
+const NEAR: u32 = 1;
 /// How far those reach that join in with the weight of [`MIDDLE_WEIGHT`] pixels.
 const MIDDLE: u32 = 6;
-const MIDDLE_WEIGHT: f64 = 4.0;
+const MIDDLE_WEIGHT: f64 = 6.0;
 /// How far those reach that join in with the weight of one pixel; as far are pixels traced around a crop.
 const FAR: u32 = 16;
 /// Variance of one sample / mean² above which pixels get samples in proportion to it; there the error is expected to be
