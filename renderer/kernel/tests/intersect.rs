@@ -233,7 +233,10 @@ fn the_tree_finds_what_brute_force_finds() {
                 let scale = DVec3::new(0.02, 0.05, 0.1) * f64::from(size);
                 let turn = DMat3::from_axis_angle(random.direction().as_dvec3().normalize(), 1.0);
                 let centre = random.cube(size).as_dvec3();
-                builder.sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), centre));
+                match i % 12 {
+                    0 => builder.sphere(ball(centre, scale.y)),
+                    _ => builder.sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), centre)),
+                }
             }
         }
         with_each_isa(&builder.build(), |k| {
@@ -576,7 +579,12 @@ fn medley(count: usize, size: f32) -> Builder {
             _ => {
                 let scale = DVec3::new(0.02, 0.05, 0.1) * f64::from(size) * if i % 2 == 0 { 1.0 } else { 4.0 };
                 let turn = DMat3::from_axis_angle(random.direction().as_dvec3().normalize(), 1.0);
-                builder.sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), a.as_dvec3()));
+                match i % 3 {
+                    // Neither turned nor stretched.
+                    0 => builder.sphere(ball(a.as_dvec3(), scale.x)),
+                    _ => builder
+                        .sphere(DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), a.as_dvec3())),
+                }
             }
         }
     }

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::lanes::{Row, WIDTH};
 use super::tree::{
-    FEW, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf,
-    NO_ITEM, Node, Tree,
+    FEW, ITEM_BALLS, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES,
+    ITEM_TRIANGLES, Leaf, NO_ITEM, Node, Tree,
 };
 use crate::generated::{
     NONE, OTHER_CAPSULE, OTHER_CONE, OTHER_CYLINDER, OTHER_DISK, OTHER_FUNNEL, OTHER_INSTANCE, OTHER_TUBE,
@@ -90,7 +90,7 @@ pub(super) struct Item {
 pub(super) const NORMAL: u32 = 0x4000_0000;
 
 /// A node of a branch, until it has its place.
-const ITEM_BOUGH: u32 = 0xc000_0000;
+const ITEM_BOUGH: u32 = 0xe000_0000;
 
 impl Item {
     pub fn id(&self) -> u32 {
@@ -272,7 +272,7 @@ impl Tree {
         let mut items: Vec<Item> = (own.par_iter(), bounds)
             .into_par_iter()
             .enumerate()
-            .map(|(i, (primitive, b))| item(b.low.to_array(), b.high.to_array(), i, item_kind(primitive)))
+            .map(|(i, (primitive, b))| item(b.low.to_array(), b.high.to_array(), i, item_kind(primitive, shapes)))
             .collect();
         items.extend(boughs.iter().enumerate().map(|(i, b)| item(b.low, b.high, count + i, ITEM_BOUGH)));
         let root = Part::new(&items, 0);
@@ -351,8 +351,9 @@ impl Tree {
 }
 
 // The kind of an item that holds this primitive.
-fn item_kind(primitive: &Primitive) -> u32 {
+fn item_kind(primitive: &Primitive, shapes: &[Shape]) -> u32 {
     match primitive.shade.w & PRIMITIVE_KIND {
+        PRIMITIVE_SPHERE if is_ball(shape_of(primitive, shapes)) => ITEM_BALLS,
         PRIMITIVE_SPHERE => ITEM_SPHERES,
         PRIMITIVE_PARALLELOGRAM => ITEM_PARALLELOGRAMS,
         PRIMITIVE_OTHER if primitive.index.z == OTHER_INSTANCE => ITEM_INSTANCE,
@@ -361,9 +362,20 @@ fn item_kind(primitive: &Primitive) -> u32 {
     }
 }
 
+fn shape_of(primitive: &Primitive, shapes: &[Shape]) -> Shape {
+    shapes.get((primitive.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default()
+}
+
+// Whether a sphere's map is one factor and an offset.
+fn is_ball(shape: Shape) -> bool {
+    let [x, y, z] = [shape.object_from_world_x, shape.object_from_world_y, shape.object_from_world_z];
+    x.x == y.y && y.y == z.z && [x.y, x.z, y.x, y.z, z.x, z.y].iter().all(|beside| *beside == 0.0)
+}
+
 pub(super) fn rows_of(item: u32) -> usize {
     match item & ITEM_KIND {
         ITEM_INSTANCE => 0,
+        ITEM_BALLS => 5,
         ITEM_TRIANGLES => 10,
         ITEM_OTHERS => 1,
         _ => 13,
@@ -375,10 +387,13 @@ pub(super) fn fill(rows: &mut [Row], kind: u32, first: usize, primitives: &[Prim
     let Some((ids, numbers)) = rows.split_last_mut() else { return };
     *ids = Row::from_bits(std::array::from_fn(|i| if i < primitives.len() { (first + i) as u32 } else { NONE }));
     for (lane, p) in primitives.iter().enumerate().take(WIDTH) {
-        let columns = if kind == ITEM_SPHERES {
-            let shape = shapes.get((p.shade.w & !PRIMITIVE_KIND) as usize).copied().unwrap_or_default();
+        let columns = if kind == ITEM_SPHERES || kind == ITEM_BALLS {
+            let shape = shape_of(p, shapes);
             let [x, y, z] = [shape.object_from_world_x, shape.object_from_world_y, shape.object_from_world_z];
-            [x.x, x.y, x.z, x.w, y.x, y.y, y.z, y.w, z.x, z.y, z.z, z.w]
+            match kind {
+                ITEM_BALLS => [x.x, x.w, y.w, z.w, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                _ => [x.x, x.y, x.z, x.w, y.x, y.y, y.z, y.w, z.x, z.y, z.z, z.w],
+            }
         } else {
             [p.x.x, p.y.x, p.z.x, p.x.y, p.y.y, p.z.y, p.x.z, p.y.z, p.z.z, p.x.w, p.y.w, p.z.w]
         };

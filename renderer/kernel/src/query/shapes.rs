@@ -72,15 +72,43 @@ pub fn flats<L: Lanes, const N: usize>(ray: Probe<L>, corners: [[L; 3]; N], t_ma
 /// `hit_sphere`, in 0 < t <= t_max: `rows` are those of the map to the unit sphere; `None` where all rays pass by.
 #[inline(always)]
 pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t_max: L) -> Option<LaneHits<L>> {
-    let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let (mut f, mut v) = ([zero; 3], [zero; 3]);
+    let mut own = [[L::splat(0.0); 3]; 2];
     for i in 0..3 {
         let row = [rows[i][0], rows[i][1], rows[i][2]];
-        f[i] = dot(row, ray.o).add(rows[i][3]);
-        v[i] = dot(row, ray.d);
+        own[0][i] = dot(row, ray.o).add(rows[i][3]);
+        own[1][i] = dot(row, ray.d);
     }
+    unit_spheres(own, starts_on, t_max)
+}
+
+/// [`spheres`] whose maps have `factor` on the diagonal, zeros beside it and `offsets`: the same bits.
+#[inline(always)]
+pub fn balls<L: Lanes>(ray: Probe<L>, factor: L, offsets: [L; 3], starts_on: L::Mask, t_max: L) -> Option<LaneHits<L>> {
+    let mut own = [[L::splat(0.0); 3]; 2];
+    for i in 0..3 {
+        own[0][i] = factor.mul(ray.o[i]).add(offsets[i]);
+        own[1][i] = factor.mul(ray.d[i]);
+    }
+    unit_spheres(own, starts_on, t_max)
+}
+
+/// A ray passes by a sphere for sure if its square distance from the centre, of a unit sphere, is greater than 1 and this
+/// share of the square distance of its start: eight times what rounding does to the one by the other.
+const SURELY: f32 = 4e-6;
+
+// Rays in the space of unit spheres: where they start, and where they go.
+#[inline(always)]
+fn unit_spheres<L: Lanes>([f, v]: [[L; 3]; 2], starts_on: L::Mask, t_max: L) -> Option<LaneHits<L>> {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let a = dot(v, v);
-    let b = dot(f, v).mul(L::splat(-1.0));
+    let fv = dot(f, v);
+    let ff = dot(f, f);
+    // Nearly all of a leaf are passed by, which is seen without a division.
+    let least = a.mul(ff.mul(L::splat(1.0 - SURELY)).sub(one));
+    if L::bits(fv.mul(fv).lt(least)) == ((1_u64 << L::COUNT) - 1) as u32 {
+        return None;
+    }
+    let b = fv.mul(L::splat(-1.0));
     let along = b.div(a);
     let nearest = [f[0].add(along.mul(v[0])), f[1].add(along.mul(v[1])), f[2].add(along.mul(v[2]))];
     let discriminant = one.sub(dot(nearest, nearest));
@@ -90,7 +118,7 @@ pub fn spheres<L: Lanes>(ray: Probe<L>, rows: [[L; 4]; 3], starts_on: L::Mask, t
     }
     let root = a.mul(discriminant).sqrt();
     let q = L::select(b.add(root), b.sub(root), b.lt(zero));
-    let c = dot(f, f).sub(one);
+    let c = ff.sub(one);
     let (first, second) = (c.div(q), q.div(a));
     let swap = second.lt(first);
     let (near, far) = (L::select(first, second, swap), L::select(second, first, swap));

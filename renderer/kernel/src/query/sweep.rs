@@ -3,8 +3,8 @@
 
 use super::lanes::{BATCH, Lanes, Row};
 use super::ray::{Hits, Prepared, Rays, load};
-use super::shapes::{LaneHits, Probe, flats, others, spheres};
-use super::tree::{ITEM_KIND, ITEM_OTHERS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Tree};
+use super::shapes::{LaneHits, Probe, balls, flats, others, spheres};
+use super::tree::{ITEM_BALLS, ITEM_KIND, ITEM_OTHERS, ITEM_SPHERES, ITEM_TRIANGLES, Leaf, Tree};
 use crate::generated::Kernel;
 
 /// The rays in the mask `active`: the nearest hits, or any; gives the mask of those that hit something.
@@ -138,6 +138,12 @@ fn primitive<L: Lanes>(
             let own = L::splat(rest.first()?.0[lane]);
             let hits = flats(ray, corners::<L, 3>(bytemuck::cast_ref(rows), lane), t_max)?;
             Some((LaneHits { mask: L::and_not(own.same_bits(start), hits.mask), ..hits }, own))
+        }
+        ITEM_BALLS => {
+            let (rows, rest) = rows.split_first_chunk::<4>()?;
+            let own = L::splat(rest.first()?.0[lane]);
+            let [factor, x, y, z] = rows.each_ref().map(|row| L::splat(row.0[lane]));
+            Some((balls(ray, factor, [x, y, z], own.same_bits(start), t_max)?, own))
         }
         ITEM_SPHERES => {
             let (rows, rest) = rows.split_first_chunk::<12>()?;

@@ -19,6 +19,9 @@ pub const ITEM_OTHERS: u32 = 0x8000_0000;
 
 /// One of OTHER_INSTANCE: its index among the primitives.
 pub const ITEM_INSTANCE: u32 = 0xa000_0000;
+/// Up to eight spheres that are neither turned nor stretched: the factor and the three offsets of the map to the unit
+/// sphere, then their indices. A third of what ITEM_SPHERES reads.
+pub const ITEM_BALLS: u32 = 0xc000_0000;
 
 /// A leaf that is not there: rays without a direction visit even empty slots.
 pub const NO_ITEM: u32 = ITEM_TRIANGLES | !ITEM_KIND;

@@ -4,9 +4,10 @@ use glam::Vec3;
 
 use super::lanes::{BATCH, Eight, Lanes, Row, Stack, WIDTH};
 use super::ray::{Hits, Of, Prepared, Rays, splat};
-use super::shapes::{LaneHits, Probe, flats, others, spheres};
+use super::shapes::{LaneHits, Probe, balls, flats, others, spheres};
 use super::tree::{
-    ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES, NO_ITEM, Node,
+    ITEM_BALLS, ITEM_INSTANCE, ITEM_KIND, ITEM_NODE, ITEM_OTHERS, ITEM_PARALLELOGRAMS, ITEM_SPHERES, ITEM_TRIANGLES,
+    NO_ITEM, Node,
 };
 use crate::generated::{FAR, Hit, Kernel, NONE, PRIMITIVE_KIND};
 
@@ -215,6 +216,12 @@ fn leaf<'a, L: Eight, const N: usize>(
         ITEM_PARALLELOGRAMS => {
             let (rows, rest) = rows.split_first_chunk::<12>()?;
             (flats(ray, corners::<L, 4>(bytemuck::cast_ref(rows)), t_max)?, rest.first()?)
+        }
+        ITEM_BALLS => {
+            let (rows, rest) = rows.split_first_chunk::<4>()?;
+            let ids = rest.first()?;
+            let [factor, x, y, z] = rows.each_ref().map(|row| L::load(&row.0));
+            return Some((balls(ray, factor, [x, y, z], L::load(&ids.0).same_bits(start), t_max)?, ids));
         }
         ITEM_SPHERES => {
             let (rows, rest) = rows.split_first_chunk::<12>()?;
