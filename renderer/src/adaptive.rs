@@ -28,6 +28,7 @@ use kinora_scene::Render;
 use rayon::prelude::*;
 
 use crate::film::Window;
+use crate::moments::Blocks;
 
 /// Blocks of the pilot.
 const BLOCKS: u32 = 4;
@@ -164,7 +165,8 @@ impl Adaptive {
     }
 
     /// Takes a pass that ends with sample `end`: sums of light and rays of `samples` samples, of all that is traced.
-    pub fn learn(&mut self, light: &[Vec4], samples: u32, end: u32) {
+    /// `blocks` where samples see several moments.
+    pub fn learn(&mut self, light: &[Vec4], samples: u32, end: u32, blocks: Option<&Blocks>) {
         if self.is_decided() {
             self.taken += f64::from(samples) * self.active.len() as f64;
             self.active.retain(|i| self.counts[*i as usize] > end);
@@ -186,13 +188,13 @@ impl Adaptive {
             }
         });
         if end >= BLOCKS * self.block {
-            self.decide(end);
+            self.decide(end, blocks);
         }
     }
 
-    fn decide(&mut self, end: u32) {
+    fn decide(&mut self, end: u32, blocks: Option<&Blocks>) {
         let Window { width, height, .. } = self.window;
-        self.counts = (0..height).into_par_iter().flat_map_iter(|y| self.row(y)).collect();
+        self.counts = (0..height).into_par_iter().flat_map_iter(|y| self.row(y, blocks)).collect();
         self.wanted = self.counts.iter().map(|count| f64::from(*count)).sum();
         self.pilots = Vec::new();
         let tiles =
@@ -205,7 +207,7 @@ impl Adaptive {
     }
 
     // Samples for row `y` of the window.
-    fn row(&self, y: u32) -> Vec<u32> {
+    fn row(&self, y: u32, blocks: Option<&Blocks>) -> Vec<u32> {
         let Window { left, top, width, height } = self.traced;
         let (x_first, y) = (self.window.left - left, y + self.window.top - top);
         let row = |y: u32| &self.pilots[y as usize * width as usize..][..width as usize];
@@ -254,7 +256,7 @@ impl Adaptive {
                 .filter(|pilot| pilot.scatters == kind)
                 .map(|pilot| ratio(self.variance(pilot), f64::from(pilot.mean).powi(2) + least));
             let each = ratio(each.sum::<f64>(), near.pixels);
-            self.samples_for(together.max(each))
+            self.samples_for(together.max(each), blocks)
         };
         (x_first..x_first + self.window.width).map(count).collect()
     }
@@ -265,13 +267,16 @@ impl Adaptive {
     }
 
     // Samples for a pixel by the variance of one of them / mean².
-    fn samples_for(&self, relative: f64) -> u32 {
+    fn samples_for(&self, relative: f64, blocks: Option<&Blocks>) -> u32 {
         let least = BLOCKS * self.block;
         let noise = if relative < NOISY { 0.5 * relative.cbrt() } else { 0.25 * relative };
         let wanted = noise / (self.target * self.target);
-        // Whole passes.
         let wanted = wanted.min(f64::from(u32::MAX - PASS_SAMPLES)).ceil() as u32;
-        if wanted <= least { least } else { wanted.next_multiple_of(PASS_SAMPLES).min(self.most) }
+        if wanted <= least {
+            return least;
+        }
+        // Whole passes; all moments as often, which is the same for all pixels and so no noise that a neighbour takes off.
+        blocks.map_or(wanted.next_multiple_of(PASS_SAMPLES), |blocks| blocks.even(wanted)).min(self.most)
     }
 }
 

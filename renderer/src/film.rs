@@ -336,7 +336,7 @@ impl Film {
         }
         self.samples += samples;
         if let Some(adaptive) = &mut adaptive {
-            adaptive.learn(light, samples, self.samples);
+            adaptive.learn(light, samples, self.samples, self.blocks.as_ref());
         }
         self.adaptive = adaptive;
     }

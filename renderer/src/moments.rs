@@ -38,6 +38,11 @@ impl Blocks {
         (first / self.length + 1).saturating_mul(self.length)
     }
 
+    /// The least number of samples, from `wanted` on, of which each part of the interval sees as many: 1, 2, 4, 8.. blocks.
+    pub fn even(&self, wanted: u32) -> u32 {
+        wanted.div_ceil(self.length).checked_next_power_of_two().unwrap_or(u32::MAX).saturating_mul(self.length)
+    }
+
     /// Groups of pixels.
     pub fn groups(&self) -> u32 {
         self.groups
@@ -85,6 +90,7 @@ mod tests {
         let blocks = Blocks::new(16, 64).unwrap();
         assert_eq!([0, 4, 8, 12].map(|first| blocks.moment(first, 0)), [0, 8, 4, 12]);
         assert_eq!((blocks.end(0), blocks.end(3), blocks.end(4)), (4, 4, 8));
+        assert_eq!([1, 5, 9, 32, 33, 64].map(|wanted| blocks.even(wanted)), [4, 8, 16, 32, 64, 64]);
     }
 
     #[test]
