@@ -68,6 +68,8 @@ pub struct Source {
     /// The text, byte for byte.
     pub text: Arc<str>,
     line_starts: Arc<[u32]>,
+    /// Where letters of more than one byte end, and how many bytes there are up to there that UTF-16 does not count.
+    wide: Arc<[(u32, u32)]>,
 }
 
 /// Most bytes a scene file may have.
@@ -82,7 +84,19 @@ impl Source {
         }
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let line_starts = std::iter::once(0).chain(breaks.map(|(offset, _)| offset as u32 + 1)).collect();
-        Source { id, name: name.into(), text, line_starts }
+        let mut uncounted = 0;
+        let wide = match text.is_ascii() {
+            true => Arc::default(),
+            false => {
+                let letters = text.char_indices().filter(|(_, letter)| !letter.is_ascii());
+                let wide = letters.map(|(at, letter)| {
+                    uncounted += (letter.len_utf8() - letter.len_utf16()) as u32;
+                    ((at + letter.len_utf8()) as u32, uncounted)
+                });
+                wide.collect()
+            }
+        };
+        Source { id, name: name.into(), text, line_starts, wide }
     }
 
     /// Length in bytes.
@@ -125,21 +139,35 @@ impl Source {
         Position {
             line: line + 1,
             column: before.chars().count() as u32 + 1,
-            utf16: before.chars().map(char::len_utf16).sum::<usize>() as u32 + 1,
+            utf16: self.utf16_len(Span::new(self.line_start(line), offset)) + 1,
         }
     }
 
-    /// The offset of a line and a UTF-16 column, both from 1, clamped to the line.
+    /// UTF-16 units before an offset on a border of characters.
+    fn units(&self, offset: u32) -> u32 {
+        let before = self.wide.partition_point(|(end, _)| *end <= offset);
+        offset - before.checked_sub(1).and_then(|last| self.wide.get(last)).map_or(0, |(_, uncounted)| *uncounted)
+    }
+
+    /// UTF-16 units from one offset to another one behind it.
+    pub fn utf16_len(&self, span: Span) -> u32 {
+        self.units(self.clamp(span.end)).saturating_sub(self.units(self.clamp(span.start)))
+    }
+
+    /// The offset of a line and a UTF-16 column, both from 1, clamped to the line. In the middle of a character, its end.
     pub fn offset_utf16(&self, line: u32, utf16: u32) -> u32 {
         let span = self.line_span(line.saturating_sub(1));
-        let mut units = 1;
-        for (at, character) in self.slice(span).char_indices() {
-            if units >= utf16 {
-                return span.start + at as u32;
-            }
-            units += character.len_utf16() as u32;
+        let units = self.units(span.start).saturating_add(utf16.saturating_sub(1));
+        let before = self.wide.partition_point(|(end, uncounted)| end - uncounted <= units);
+        let uncounted =
+            before.checked_sub(1).and_then(|last| self.wide.get(last)).map_or(0, |(_, uncounted)| *uncounted);
+        let offset = units.saturating_add(uncounted).min(span.end);
+        let border = self.clamp(offset);
+        // What is left belongs to the next character, which is wide.
+        match self.wide.get(before).filter(|(end, _)| border < offset && *end <= span.end) {
+            Some((end, _)) => *end,
+            None => border,
         }
-        span.end
     }
 
     /// The text under a span, clamped to the file and to borders of characters.
@@ -316,6 +344,15 @@ mod tests {
         check("ab\n", 3, (2, 1, 1));
         check("é😀x", 6, (1, 3, 4));
         check("é😀x", 4, (1, 2, 2));
+        let text = "a\n😀é\u{301}b\r\nü😀";
+        let source = Source::new(FileId(0), "a.kin", text);
+        for (offset, _) in text.char_indices().filter(|(_, letter)| *letter != '\n') {
+            let start = text[..offset].rfind('\n').map_or(0, |at| at + 1);
+            let units = text[start..offset].encode_utf16().count() as u32 + 1;
+            check(text, offset as u32, (source.line_index(offset as u32) + 1, text[start..offset].chars().count() as u32 + 1, units));
+        }
+        // In the middle of a letter, and behind the line.
+        assert_eq!((source.offset_utf16(2, 2), source.offset_utf16(2, 99), source.offset_utf16(3, 99)), (6, 11, 19));
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub fn run(_: &Args) -> Outcome {
     let (connection, threads) = Connection::stdio();
     let work = std::thread::Builder::new().name("lsp".into()).stack_size(STACK_BYTES);
     let served = work.spawn(move || server::serve(&connection)).map_err(|error| format!("no thread: {error}"))?;
-    let code = served.join().map_err(|_| "the server stopped".to_string())??;
+    let code = served.join().map_err(|_| "the server stopped".to_string())?;
     // The last answers are written before the program ends; of an editor that is gone, nothing more is read.
     if code.is_some() {
         threads.join().map_err(|error| format!("cannot speak with the editor: {error}"))?;

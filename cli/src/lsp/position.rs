@@ -33,9 +33,13 @@ impl Encoding {
         let offset = source.clamp(offset);
         let line = source.line_index(offset);
         // Behind the line's last letter, what ends it is not counted.
-        let end = source.line_span(line).end;
-        let before = source.slice(Span::new(source.line_start(line), offset.min(end)));
-        Position { line, character: self.len(before) }
+        let span = source.line_span(line);
+        let before = Span::new(span.start, offset.min(span.end));
+        let character = match self {
+            Encoding::Utf8 => before.len(),
+            Encoding::Utf16 => source.utf16_len(before),
+        };
+        Position { line, character }
     }
 
     /// How many columns a text has.

@@ -38,23 +38,24 @@ const MOST_SYMBOLS: usize = 1_000;
 
 /// Serves one editor until it says goodbye. The exit code; `None` where the editor's process is gone, while its pipes may
 /// still be held by others.
-///
-/// # Errors
-/// The editor does not speak the protocol.
-pub fn serve(connection: &Connection) -> Result<Option<u8>, String> {
-    let Ok((id, params)) = connection.initialize_start() else { return Ok(Some(crate::exit::FINDINGS)) };
-    let params: lsp::InitializeParams =
-        serde_json::from_value(params).map_err(|error| format!("cannot read `initialize`: {error}"))?;
+pub fn serve(connection: &Connection) -> Option<u8> {
+    let (id, params) = loop {
+        let Ok((id, params)) = connection.initialize_start() else { return Some(crate::exit::FINDINGS) };
+        match needed::<lsp::InitializeParams>(params) {
+            Ok(params) => break (id, params),
+            Err(Refused(code, why)) => {
+                let refused = Response::new_err(id, code as i32, format!("cannot read `initialize`: {why}"));
+                let _ = connection.sender.send(refused.into());
+            }
+        }
+    };
     let mut server = Server::new(connection, &params);
     let answer = json!({
         "capabilities": server.capabilities(),
         "serverInfo": { "name": "kinora", "version": env!("CARGO_PKG_VERSION") },
     });
-    if connection.initialize_finish(id, answer).is_err() {
-        return Ok(Some(crate::exit::FINDINGS));
-    }
-    server.watch_files();
-    Ok(server.run())
+    server.send(Response::new_ok(id, answer).into());
+    server.run()
 }
 
 /// What an editor said it can do.
@@ -284,6 +285,7 @@ impl<'c> Server<'c> {
     fn notified(&mut self, message: Notification) {
         let Notification { method, params } = message;
         match method.as_str() {
+            note::Initialized::METHOD => self.watch_files(),
             note::DidOpenTextDocument::METHOD => {
                 let Some(params) = read::<lsp::DidOpenTextDocumentParams>(params) else { return };
                 let lsp::TextDocumentItem { uri, version, text, .. } = params.text_document;
@@ -454,6 +456,9 @@ impl<'c> Server<'c> {
     fn answer_to(&mut self, method: &str, params: Value) -> Answer {
         let (encoding, shows) = (self.encoding, self.client.shows);
         match method {
+            ask::Initialize::METHOD => {
+                Err(Refused(ErrorCode::InvalidRequest, "`initialize` comes once, before everything else".into()))
+            }
             ask::Shutdown::METHOD => {
                 self.closing = true;
                 Ok(Value::Null)

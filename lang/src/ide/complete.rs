@@ -73,6 +73,9 @@ pub fn completions(analysis: &Analysis, offset: u32, files: &dyn Files) -> Vec<C
     let start =
         offset - before.chars().rev().take_while(|letter| word(*letter)).map(|l| l.len_utf8() as u32).sum::<u32>();
     let behind = source.slice(Span::new(offset, source.len()));
+    // Of a word that the cursor is inside of, all of it is replaced.
+    let rest = behind.chars().take_while(|letter| word(*letter)).map(|l| l.len_utf8() as u32).sum::<u32>();
+    let end = if start < offset { offset + rest } else { offset };
     // What is typed so far, and the rest of the word behind the cursor, stay: only where there is no word, one is put.
     let put = if start == offset && !behind.starts_with(word) { HERE } else { "" };
     let text = format!("{before}{put}{behind}");
@@ -80,7 +83,7 @@ pub fn completions(analysis: &Analysis, offset: u32, files: &dyn Files) -> Vec<C
     let at = if put.is_empty() { offset.saturating_sub(u32::from(start < offset)) } else { start };
     let Some(token) = tree.root().token_at(at) else { return Vec::new() };
     let mut list =
-        List { analysis, files, items: &tree.file().items, replace: Span::new(start, offset), at, found: Vec::new() };
+        List { analysis, files, items: &tree.file().items, replace: Span::new(start, end), offset, at, found: Vec::new() };
     list.fill(token, before);
     list.found.sort_by(|a, b| (a.rank, &a.label).cmp(&(b.rank, &b.label)));
     list.found.dedup_by(|a, b| a.label == b.label && a.kind == b.kind);
@@ -93,6 +96,9 @@ struct List<'a> {
     /// The text with a word where the cursor is.
     items: &'a [Item],
     replace: Span,
+    /// Where the cursor is.
+    offset: u32,
+    /// A place inside of the word that is typed.
     at: u32,
     found: Vec<Completion>,
 }
@@ -148,20 +154,20 @@ impl<'a> List<'a> {
                 }
             }
             K::KeyName => self.items(token, true),
-            K::BadItem => match owner(token) {
-                Owner::Keys => self.keywords(&["ease", "after"]),
-                _ if before.trim_end_matches(unicode_ident::is_xid_continue).trim_end().ends_with("ease") => {
-                    self.easings();
-                }
-                _ => self.items(token, false),
-            },
+            K::BadItem => self.unread(token, before),
             K::Ident => match token.parent().map(Part::kind) {
-                Some(K::Rename) => self.offered_names(token),
+                // Behind `as` comes a name of one's own.
+                Some(K::Rename) if previous(token).is_none_or(|before| before.kind() != K::KwAs) => {
+                    self.offered_names(token);
+                }
                 Some(K::Ty) => self.types(),
                 _ => {}
             },
             K::Path => match token.parent() {
-                Some(parent) if parent.kind() == K::Node => self.items(token, false),
+                Some(parent) if parent.kind() == K::Node => match token.text().rsplit_once('.') {
+                    Some((base, _)) => self.members(base, |what| matches!(what, Visible::Prefab(_))),
+                    None => self.items(token, false),
+                },
                 _ => self.values(token),
             },
             kind if kind.is_keyword() || kind == K::Boolean => {
@@ -175,6 +181,55 @@ impl<'a> List<'a> {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// Where an item or a key should be and what stands there is neither, so far.
+    fn unread(&mut self, token: Part<'a>, before: &str) {
+        let start = (token.span().start as usize).min(self.replace.start as usize);
+        let line = before.get(start..self.replace.start as usize).unwrap_or_default();
+        let head = line.trim_end();
+        let written: Vec<&str> = head.split_whitespace().collect();
+        let ahead = previous(token);
+        let is_after = |kind: K| written.is_empty() && ahead.is_some_and(|ahead| ahead.kind() == kind);
+        if written.last() == Some(&"ease") || is_after(K::KwEase) {
+            return self.easings();
+        }
+        if matches!(owner(token), Owner::Keys) {
+            return self.keywords(&["ease", "after"]);
+        }
+        if let Some(named) = head.strip_suffix('.').filter(|head| head.len() == line.len() - 1) {
+            let base = named.rsplit(|letter| !unicode_ident::is_xid_continue(letter)).next().unwrap_or_default();
+            return self.members(base, |what| matches!(what, Visible::Prefab(_)));
+        }
+        if !written.is_empty() {
+            // A kind, and what the node is called.
+            let is_kind = schema::kind(written[0]).is_some() || self.prefab(written[0]).is_some();
+            match written.as_slice() {
+                [_] | [_, _] if is_kind => self.keywords(&["like"]),
+                ["for", _] => self.keywords(&["in"]),
+                _ => {}
+            }
+            return;
+        }
+        let Some(ahead) = ahead else { return self.items(token, false) };
+        let gap = self.analysis.tree.source.slice(Span::new(ahead.span().end, self.replace.start));
+        let parents = [ahead.parent(), ahead.parent().and_then(Part::parent)].map(|part| part.map(Part::kind));
+        // What goes on with what stands on this line.
+        let goes_on: &[&str] = match (ahead.kind(), parents) {
+            _ if gap.contains('\n') => &[],
+            (K::KwImport | K::KwFrom | K::KwAs | K::KwLet | K::KwParam | K::KwFn | K::KwPrefab | K::KwFor, _) => return,
+            (K::String, [Some(K::ImportDecl), _]) => &["as"],
+            (_, [Some(K::Names), _]) => &["from"],
+            (_, [Some(K::Block), Some(K::IfStmt)]) => &["else"],
+            (_, [Some(K::ForStmt), _]) => &["in"],
+            (_, [Some(K::ParamDecl), _] | [_, Some(K::ParamDecl)]) => &["in"],
+            _ => &[],
+        };
+        self.keywords(goes_on);
+        self.found.iter_mut().for_each(|found| found.rank = 0);
+        if !matches!(goes_on, ["as" | "from"]) {
+            self.items(token, false);
         }
     }
 
@@ -237,7 +292,8 @@ impl<'a> List<'a> {
         let default = formal.default.as_ref().map_or("", |value| texts.slice(value.span)).to_string();
         let entry = self.add(name, CompletionKind::Param, detail, u8::from(formal.default.is_some()));
         if !key_only {
-            entry.snippet = format!("{}: ${{1:{}}}", escape(name), escape(&default));
+            let value = if default.is_empty() { "$1".into() } else { format!("${{1:{}}}", escape(&default)) };
+            entry.snippet = format!("{}: {value}", escape(name));
             entry.plain = format!("{name}: ");
         }
     }
@@ -277,27 +333,34 @@ impl<'a> List<'a> {
         }
     }
 
+    /// What a name or `module.name` is at the top of the text or in an import, as analysed, for its places: the text with
+    /// a word in it has others.
+    fn named(&self, name: &str) -> Option<Visible<'a>> {
+        let found = match name.split_once('.') {
+            Some((module, name)) => named_in(self.module(module)?, name)?,
+            None => named_in(&self.analysis.modules.list.first()?.file.items, name)?,
+        };
+        Some(self.followed(name, found))
+    }
+
+    /// Of an imported name, what it is in its own file.
+    fn followed(&self, name: &str, what: Visible<'a>) -> Visible<'a> {
+        let Visible::Imported = what else { return what };
+        let modules = &self.analysis.modules;
+        let there = modules.list.first().into_iter().flat_map(crate::modules::Module::imports).find_map(|(import, to)| {
+            let mut renamed = import.names.iter().flatten();
+            let own = renamed.find(|rename| &*rename.alias.as_ref().unwrap_or(&rename.name).text == name)?;
+            named_in(&modules.list.get(to?)?.file.items, &own.name.text)
+        });
+        there.unwrap_or(what)
+    }
+
     /// The prefab of this name: of the text itself or of an import.
     fn prefab(&self, name: &str) -> Option<&'a ast::PrefabDecl> {
-        let find = |items: &'a [Item], name: &str| {
-            items.iter().find_map(|item| match item {
-                Item::Prefab(decl) if decl.name.as_ref().is_some_and(|own| &*own.text == name) => Some(decl),
-                _ => None,
-            })
-        };
-        let modules = &self.analysis.modules;
-        if let Some((module, name)) = name.split_once('.') {
-            return find(self.module(module)?, name);
+        match self.named(name)? {
+            Visible::Prefab(decl) => Some(decl),
+            _ => None,
         }
-        // As analysed, for its places: the text with a word in it has others.
-        find(&modules.list.first()?.file.items, name).or_else(|| {
-            modules.list.first()?.imports().find_map(|(import, to)| {
-                let renamed = import.names.iter().flatten();
-                let there =
-                    renamed.clone().find(|rename| &*rename.alias.as_ref().unwrap_or(&rename.name).text == name)?;
-                find(&modules.list.get(to?)?.file.items, &there.name.text)
-            })
-        })
     }
 
     /// What a file that is imported under a name holds.
@@ -386,6 +449,7 @@ impl<'a> List<'a> {
             .map(|name| &*name.text)
             .collect();
         found.retain(|(name, _)| *name != HERE && !unfinished.contains(name));
+        found.iter_mut().for_each(|(name, what)| *what = self.followed(name, *what));
         found
     }
 
@@ -402,7 +466,8 @@ impl<'a> List<'a> {
         let mut found = Vec::new();
         declared(&module.file.items, &mut found);
         for (name, what) in found {
-            if !name.starts_with('_') && !taken.contains(&name) {
+            let own = !matches!(what, Visible::Imported | Visible::Module);
+            if own && !name.starts_with('_') && !taken.contains(&name) {
                 let (kind, detail) = what.shown();
                 self.add(name, kind, detail, 1);
             }
@@ -451,9 +516,7 @@ impl<'a> List<'a> {
             ]
             .map(|(name, detail)| (name.to_string(), detail.to_string()))
             .into();
-        } else if let Some(Visible::Fn(decl)) =
-            self.visible().into_iter().find(|(own, _)| *own == name).map(|found| found.1)
-        {
+        } else if let Some(Visible::Fn(decl)) = self.named(name) {
             names.extend(decl.params.iter().map(|formal| (formal.name.text.to_string(), String::new())));
         } else if let Some(function) = builtin::find(name) {
             names.extend(function.params.iter().map(|param| (param.name.to_string(), param.takes.to_string())));
@@ -468,20 +531,31 @@ impl<'a> List<'a> {
     /// What may be a value here.
     fn values(&mut self, token: Part<'a>) {
         if let Some((base, _)) = token.text().rsplit_once('.') {
-            return self.members(base, token);
+            return match slot(token) {
+                Slot::Property { row: Some(Property { ty: Type::Node(sort), .. }), .. } => {
+                    self.members(base, |what| fits_sort(what, Some(*sort)) || matches!(what, Visible::Value(_)));
+                }
+                Slot::Like(kind) => {
+                    let sort = kind.and_then(|kind| schema::kind(kind.text())).map(|kind| kind.sort);
+                    self.members(base, |what| fits_sort(what, sort));
+                }
+                _ => self.members(base, |what| !matches!(what, Visible::Prefab(_))),
+            };
         }
         match slot(token) {
             Slot::Ease => self.easings(),
             Slot::Type => self.types(),
             Slot::Like(kind) => {
                 let sort = kind.and_then(|kind| schema::kind(kind.text())).map(|kind| kind.sort);
-                self.names(
-                    |what| matches!(what, Visible::Node(Some(kind)) if sort.is_none_or(|sort| kind.sort == sort)),
-                    1,
-                );
+                self.names(|what| fits_sort(what, sort) || matches!(what, Visible::Module), 1);
             }
             Slot::Property { row: Some(row), inside, .. } => self.values_of(row, inside),
-            Slot::Property { .. } | Slot::KeyTime | Slot::Any => self.expressions(None),
+            Slot::KeyTime => {
+                self.keywords(&["ease", "after"]);
+                self.found.iter_mut().for_each(|found| found.rank = 0);
+                self.expressions(None);
+            }
+            Slot::Property { .. } | Slot::Any => self.expressions(None),
             Slot::Argument { args, index, name } => self.argument(args, index, name),
         }
     }
@@ -511,7 +585,7 @@ impl<'a> List<'a> {
             self.argument_names(args, true);
         }
         if function == Some("mix") {
-            self.names(|what| matches!(what, Visible::Node(Some(kind)) if kind.sort == Sort::Material), 1);
+            self.names(|what| fits_sort(what, Some(Sort::Material)), 1);
         }
         if function != Some("keys") && !only_words {
             self.expressions(None);
@@ -541,12 +615,13 @@ impl<'a> List<'a> {
                     entry.about = format!("kind {}", kind.name);
                 }
                 self.function("mix", 2);
-                self.names(|what| matches!(what, Visible::Node(Some(kind)) if kind.sort == Sort::Material), 0);
-                self.names(|what| matches!(what, Visible::Module | Visible::Prefab(_) | Visible::Value(_)), 3);
+                self.names(|what| fits_sort(what, Some(Sort::Material)), 0);
+                self.names(|what| matches!(what, Visible::Module | Visible::Value(_) | Visible::Imported), 3);
                 return;
             }
             Type::Node(sort) => {
-                self.names(|what| matches!(what, Visible::Node(Some(kind)) if kind.sort == sort), 0);
+                self.names(|what| fits_sort(what, Some(sort)), 0);
+                self.names(|what| matches!(what, Visible::Module), 3);
                 return;
             }
             Type::Placed => {
@@ -573,7 +648,7 @@ impl<'a> List<'a> {
 
     /// Names, functions and what is always there, for an expression.
     fn expressions(&mut self, row: Option<&'static Property>) {
-        self.names(|what| matches!(what, Visible::Value(_) | Visible::Module | Visible::Fn(_)), 2);
+        self.names(|what| matches!(what, Visible::Value(_) | Visible::Imported | Visible::Module | Visible::Fn(_)), 2);
         if row.is_none() {
             self.names(|what| matches!(what, Visible::Node(_)), 3);
         }
@@ -607,48 +682,44 @@ impl<'a> List<'a> {
 
     fn names(&mut self, wanted: impl Fn(&Visible<'a>) -> bool, rank: u8) {
         for (name, what) in self.visible() {
-            if !wanted(&what) {
-                continue;
+            if wanted(&what) {
+                self.name(name, what, rank);
             }
-            match what {
-                Visible::Fn(decl) => {
-                    let values: Vec<String> = decl
-                        .params
-                        .iter()
-                        .filter(|formal| formal.default.is_none())
-                        .enumerate()
-                        .map(|(i, formal)| format!("${{{}:{}}}", i + 1, escape(&formal.name.text)))
-                        .collect();
-                    let about = decl.docs.as_deref().map_or(String::new(), |docs| format!("text {docs}"));
-                    let entry = self.add(name, CompletionKind::Function, "a function", rank);
-                    entry.snippet = format!("{}({})", escape(name), values.join(", "));
-                    entry.about = about;
-                }
-                Visible::Prefab(decl) => self.call_of_prefab(name, decl, rank),
-                what => {
-                    let (kind, detail) = what.shown();
-                    self.add(name, kind, detail, rank);
-                }
+        }
+    }
+
+    fn name(&mut self, name: &str, what: Visible<'a>, rank: u8) {
+        match what {
+            Visible::Fn(decl) => {
+                let values: Vec<String> = decl
+                    .params
+                    .iter()
+                    .filter(|formal| formal.default.is_none())
+                    .enumerate()
+                    .map(|(i, formal)| format!("${{{}:{}}}", i + 1, escape(&formal.name.text)))
+                    .collect();
+                let about = decl.docs.as_deref().map_or(String::new(), |docs| format!("text {docs}"));
+                let entry = self.add(name, CompletionKind::Function, "a function", rank);
+                entry.snippet = format!("{}({})", escape(name), values.join(", "));
+                entry.about = about;
+            }
+            Visible::Prefab(decl) => self.call_of_prefab(name, decl, rank),
+            what => {
+                let (kind, detail) = what.shown();
+                self.add(name, kind, detail, rank);
             }
         }
     }
 
     /// What stands behind a `.`.
-    fn members(&mut self, base: &str, token: Part<'a>) {
+    fn members(&mut self, base: &str, wanted: impl Fn(&Visible<'a>) -> bool) {
         if let Some(items) = self.module(base) {
             let mut found = Vec::new();
             declared(items, &mut found);
-            let as_kind = token.parent().is_some_and(|parent| parent.kind() == K::Node);
             for (name, what) in found {
-                let fits = !as_kind || matches!(what, Visible::Prefab(_));
-                if fits && !name.starts_with('_') && !matches!(what, Visible::Module) {
-                    match what {
-                        Visible::Prefab(decl) => self.call_of_prefab(name, decl, 0),
-                        what => {
-                            let (kind, detail) = what.shown();
-                            self.add(name, kind, detail, 0);
-                        }
-                    }
+                let own = !matches!(what, Visible::Imported | Visible::Module);
+                if own && wanted(&what) && !name.starts_with('_') {
+                    self.name(name, what, 0);
                 }
             }
             return;
@@ -683,10 +754,13 @@ impl<'a> List<'a> {
             Slot::KeyTime => Some(Dimension::TIME),
             _ => None,
         };
-        let is_number = token.text().chars().next_back().is_some_and(|last| last.is_ascii_digit());
-        if token.kind() == K::Digits && !is_number {
-            return;
-        }
+        // The number stays.
+        self.replace.start = match token.kind() {
+            K::Digits if !token.text().ends_with(|last: char| last.is_ascii_digit()) => return,
+            K::Digits if token.span().end != self.offset => return,
+            K::Digits => token.span().end,
+            _ => token.span().start,
+        };
         for (name, factor, of) in UNITS {
             let rank = match wanted {
                 Some(wanted) if wanted == *of => 0,
@@ -716,15 +790,15 @@ impl<'a> List<'a> {
             return;
         }
         let start = token.span().start + 1;
-        let end = self.replace.end;
+        let at = self.offset;
         let source = &self.analysis.tree.source;
-        let typed = source.slice(Span::new(start.min(end), end));
-        let folder = typed.rsplit_once('/').map_or("", |(folder, _)| folder);
-        self.replace = Span::new(
-            end - (typed.len() - if folder.is_empty() && !typed.starts_with('/') { 0 } else { folder.len() + 1 })
-                as u32,
-            end,
-        );
+        let typed = source.slice(Span::new(start.min(at), at));
+        let (folder, part) = typed.rsplit_once('/').unwrap_or(("", typed));
+        // The part of the path that the cursor is in, up to the next one.
+        let rest = source.slice(Span::new(at, source.len()));
+        let rest = rest.split(['/', '"', '\n', '\r']).next().filter(|_| token.kind() == K::String);
+        self.replace = Span::new(at - part.len() as u32, at + rest.map_or(0, str::len) as u32);
+        let goes_on = source.slice(Span::new(self.replace.end, source.len())).starts_with('/');
         if import {
             for (path, _) in library::FILES {
                 match path.strip_prefix("std/") {
@@ -751,7 +825,9 @@ impl<'a> List<'a> {
                 _ if name.starts_with('.') || path_of(folder, &name) == *source.name => {}
                 None => {
                     let entry = self.add(&name, CompletionKind::Folder, "", 1);
-                    (entry.snippet, entry.plain) = (format!("{}/", escape(&name)), format!("{name}/"));
+                    if !goes_on {
+                        (entry.snippet, entry.plain) = (format!("{}/", escape(&name)), format!("{name}/"));
+                    }
                 }
                 Some((_, "kin")) if import => {
                     self.add(&name, CompletionKind::File, "", 0);
@@ -780,6 +856,8 @@ enum Visible<'a> {
     Prefab(&'a ast::PrefabDecl),
     Node(Option<&'static Kind>),
     Module,
+    /// A name that is imported from a file.
+    Imported,
 }
 
 impl Visible<'_> {
@@ -792,6 +870,7 @@ impl Visible<'_> {
                 (CompletionKind::Node, kind.map_or("a node", |kind| kind.sort.with_article()).into())
             }
             Visible::Module => (CompletionKind::Module, "an imported file".into()),
+            Visible::Imported => (CompletionKind::Value, "imported".into()),
         }
     }
 }
@@ -809,7 +888,7 @@ fn declared<'a>(items: &'a [Item], found: &mut Vec<(&'a str, Visible<'a>)>) {
                 let names = import.names.iter().flatten();
                 found.extend(names.map(|rename| {
                     let name = rename.alias.as_ref().unwrap_or(&rename.name);
-                    (&*name.text, Visible::Value("imported"))
+                    (&*name.text, Visible::Imported)
                 }));
                 (&import.alias, Visible::Module)
             }
@@ -819,6 +898,27 @@ fn declared<'a>(items: &'a [Item], found: &mut Vec<(&'a str, Visible<'a>)>) {
             found.push((&name.text, what));
         }
     }
+}
+
+/// What a file declares by a name at its top.
+fn named_in<'a>(items: &'a [Item], name: &str) -> Option<Visible<'a>> {
+    let mut found = Vec::new();
+    declared(items, &mut found);
+    found.into_iter().find(|(own, _)| *own == name).map(|found| found.1)
+}
+
+/// Whether it is a node of this sort, of any without one.
+fn fits_sort(what: &Visible<'_>, sort: Option<Sort>) -> bool {
+    matches!(what, Visible::Node(Some(kind)) if sort.is_none_or(|sort| kind.sort == sort))
+}
+
+/// What is written before a part, spaces and comments aside.
+fn previous(part: Part<'_>) -> Option<Part<'_>> {
+    let mut before = part.previous_token();
+    while let Some(token) = before.filter(|token| token.kind().is_trivia() || token.span().is_empty()) {
+        before = token.previous_token();
+    }
+    before
 }
 
 fn fits_inside(part: &Kind, parent: &Kind) -> bool {
