@@ -349,7 +349,11 @@ mod tests {
         for (offset, _) in text.char_indices().filter(|(_, letter)| *letter != '\n') {
             let start = text[..offset].rfind('\n').map_or(0, |at| at + 1);
             let units = text[start..offset].encode_utf16().count() as u32 + 1;
-            check(text, offset as u32, (source.line_index(offset as u32) + 1, text[start..offset].chars().count() as u32 + 1, units));
+            check(
+                text,
+                offset as u32,
+                (source.line_index(offset as u32) + 1, text[start..offset].chars().count() as u32 + 1, units),
+            );
         }
         // In the middle of a letter, and behind the line.
         assert_eq!((source.offset_utf16(2, 2), source.offset_utf16(2, 99), source.offset_utf16(3, 99)), (6, 11, 19));

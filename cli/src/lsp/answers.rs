@@ -1,8 +1,11 @@
 //! What `kinora_lang::ide` says, in the protocol's types.
 
+use std::time::Duration;
+
 use kinora_lang::eval::{Amount, Overrides, values_at};
 use kinora_lang::format::{format, format_partial};
 use kinora_lang::ide::{self, Analysis, CompletionKind, Entry, FoldKind, HintKind};
+use kinora_lang::parse;
 use kinora_lang::source::{Source, Span};
 use lsp_types as lsp;
 use similar::{DiffOp, TextDiff};
@@ -342,16 +345,31 @@ pub fn formatting(analysis: &Analysis, within: Option<Span>, partial: bool, enco
         Err(_) if partial => format_partial(&analysis.tree),
         Err(_) => return Vec::new(),
     };
-    let edits = line_edits(&source.text, &laid_out);
-    let touches = |span: &Span| {
-        within.is_none_or(|within| {
-            let lines = [within.start, within.end.max(within.start + 1) - 1].map(|at| source.line_index(at));
-            let own = [span.start, span.end.max(span.start + 1) - 1].map(|at| source.line_index(at));
-            own[0] <= lines[1] && lines[0] <= own[1]
-        })
-    };
-    let edits = edits.into_iter().filter(|(span, _)| touches(span));
-    edits.map(|(span, new_text)| lsp::TextEdit { range: encoding.range(source, span), new_text }).collect()
+    let mut edits = line_edits(&source.text, &laid_out);
+    if let Some(within) = within {
+        let first = source.line_start(source.line_index(within.start));
+        let last = source.line_start(source.line_index(within.end.max(within.start + 1) - 1) + 1);
+        edits.retain(|(span, _)| first <= span.start && span.end <= last);
+        // Some of the changes alone must leave the text what it is.
+        let some = parse(&Source::new(source.id, source.name.clone(), edited(&source.text, &edits)));
+        let same = format(&some).ok().unwrap_or_else(|| format_partial(&some)) == laid_out;
+        if !same {
+            return Vec::new();
+        }
+    }
+    let edit = |(span, new_text)| lsp::TextEdit { range: encoding.range(source, span), new_text };
+    edits.into_iter().map(edit).collect()
+}
+
+/// A text with edits in their order carried out.
+fn edited(text: &str, edits: &[(Span, String)]) -> String {
+    let (mut result, mut at) = (String::with_capacity(text.len()), 0);
+    for (span, new) in edits {
+        result += text.get(at..span.start as usize).unwrap_or_default();
+        result += new;
+        at = span.end as usize;
+    }
+    result + text.get(at..).unwrap_or_default()
 }
 
 /// The lines that differ: where, and what comes there.
@@ -374,15 +392,35 @@ fn line_edits(old: &str, new: &str) -> Vec<(Span, String)> {
     let (old_starts, new_starts) = (starts(old), starts(new));
     let old_lines: Vec<&str> = old.split_inclusive('\n').collect();
     let new_lines: Vec<&str> = new.split_inclusive('\n').collect();
-    let diff = TextDiff::from_slices(&old_lines, &new_lines);
-    let changed = diff.ops().iter().filter(|op| !matches!(op, DiffOp::Equal { .. }));
-    let edit = |op: &DiffOp| {
-        let (old, own) = (op.old_range(), op.new_range());
-        let span = Span::new(old_starts[old.start] as u32, old_starts[old.end] as u32);
-        (span, new[new_starts[own.start]..new_starts[own.end]].to_string())
+    // Lines belong together where they differ in nothing but spaces.
+    let words = |lines: &[&str]| -> Vec<String> {
+        lines.iter().map(|line| line.split_whitespace().collect::<String>()).collect()
     };
-    changed.map(edit).collect()
+    let (old_words, new_words) = (words(&old_lines), words(&new_lines));
+    let old_words: Vec<&str> = old_words.iter().map(String::as_str).collect();
+    let new_words: Vec<&str> = new_words.iter().map(String::as_str).collect();
+    let diff = TextDiff::configure().timeout(LONGEST_DIFF).diff_slices(&old_words, &new_words);
+    let mut edits = Vec::new();
+    let mut change = |old_lines: std::ops::Range<usize>, own: std::ops::Range<usize>| {
+        let span = Span::new(old_starts[old_lines.start] as u32, old_starts[old_lines.end] as u32);
+        edits.push((span, new[new_starts[own.start]..new_starts[own.end]].to_string()));
+    };
+    for op in diff.ops() {
+        let (there, here) = (op.old_range(), op.new_range());
+        match op {
+            DiffOp::Equal { .. } => there.zip(here).for_each(|(there, here)| {
+                if old_lines[there] != new_lines[here] {
+                    change(there..there + 1, here..here + 1);
+                }
+            }),
+            _ => change(there, here),
+        }
+    }
+    edits
 }
+
+/// After so long, the changes of a text are no longer made as small as they could be.
+const LONGEST_DIFF: Duration = Duration::from_millis(300);
 
 /// The edit that puts a `}` which was just typed below the line that its `{` is on.
 pub fn close_brace(analysis: &Analysis, offset: u32, encoding: Encoding) -> Vec<lsp::TextEdit> {

@@ -49,13 +49,21 @@ fn nowhere(path: &Path, open: &Open) -> Findings {
     let name = path.file_name().map_or_else(|| "scene.kin".into(), |name| name.to_string_lossy().into_owned());
     let text = open.get(path).map_or_else(String::new, |bytes| String::from_utf8_lossy(bytes).into_owned());
     let tree = kinora_lang::parse(&Source::new(FileId(0), name, text));
-    let nothing = kinora_lang::files::Memory::default();
-    let (result, sources) = kinora_lang::eval_project(&tree, &nothing, &kinora_lang::Overrides::default());
+    let project = Project::of(path, open);
+    let (result, sources) = kinora_lang::eval_project(&tree, project.files(), &kinora_lang::Overrides::default());
     let (found, clock) = match result {
         Ok(evaluated) => (evaluated.warnings, Some((evaluated.scene.clock.fps, evaluated.scene.clock.duration_s))),
         Err(found) => (found, None),
     };
-    Findings { found, sources: sources.into_iter().map(|source| (source, None)).collect(), clock }
+    Findings {
+        found,
+        sources: sources
+            .into_iter()
+            .map(|source| (project.uri(&source.name).filter(|_| !library::is_path(&source.name)), source))
+            .map(|(address, source)| (source, address))
+            .collect(),
+        clock,
+    }
 }
 
 impl Findings {

@@ -22,10 +22,10 @@ const MOST_FILES: usize = 5_000;
 const MOST_ENTRIES: usize = 200_000;
 
 /// The folder that a text belongs to, with the open texts in it, and the name of the text there. Where there is no such
-/// folder, one in memory.
+/// folder, the open texts alone.
 pub enum Project {
     Folder(Folder, String),
-    Nowhere(files::Memory, String),
+    Nowhere { open: files::Memory, root: PathBuf, name: String },
 }
 
 impl Project {
@@ -34,7 +34,11 @@ impl Project {
             Ok((folder, name)) => Project::Folder(folder.with_open(open), name),
             Err(_) => {
                 let name = path.file_name().map_or("scene.kin".into(), |name| name.to_string_lossy().into_owned());
-                Project::Nowhere(files::Memory::default(), name)
+                let root = path.parent().unwrap_or(Path::new("")).to_path_buf();
+                let texts: Vec<(String, &[u8])> =
+                    open.iter().filter_map(|(path, text)| Some((below(&root, path)?, &**text))).collect();
+                let open = files::Memory::new(texts.iter().map(|(name, text)| (&**name, *text)));
+                Project::Nowhere { open, root, name }
             }
         }
     }
@@ -42,21 +46,21 @@ impl Project {
     pub fn files(&self) -> &dyn Files {
         match self {
             Project::Folder(folder, _) => folder,
-            Project::Nowhere(memory, _) => memory,
+            Project::Nowhere { open, .. } => open,
         }
     }
 
     /// The name of the text, from the root.
     pub fn name(&self) -> &str {
         match self {
-            Project::Folder(_, name) | Project::Nowhere(_, name) => name,
+            Project::Folder(_, name) | Project::Nowhere { name, .. } => name,
         }
     }
 
-    pub fn root(&self) -> Option<&Path> {
+    pub fn root(&self) -> &Path {
         match self {
-            Project::Folder(folder, _) => Some(folder.root()),
-            Project::Nowhere(..) => None,
+            Project::Folder(folder, _) => folder.root(),
+            Project::Nowhere { root, .. } => root,
         }
     }
 
@@ -64,7 +68,7 @@ impl Project {
     pub fn path(&self, file: &str) -> Option<PathBuf> {
         match library::is_path(file) {
             true => standard(file),
-            false => Some(self.root()?.join(file)),
+            false => Some(self.root().join(file)),
         }
     }
 
@@ -86,13 +90,9 @@ impl Project {
 
     /// The scene files of the project, from its root, sorted: those that are open, and those on the disk that are not ignored.
     pub fn scenes(&self, open: &Open) -> Vec<String> {
-        let Some(root) = self.root() else { return vec![self.name().to_string()] };
-        let below = |path: &Path| {
-            let parts: Option<Vec<&str>> = path.strip_prefix(root).ok()?.iter().map(|part| part.to_str()).collect();
-            Some(parts?.join("/"))
-        };
-        let mut found: Vec<String> = scenes_below(root).iter().filter_map(|path| below(path)).collect();
-        found.extend(open.keys().filter_map(|path| below(path)));
+        let root = self.root();
+        let mut found: Vec<String> = scenes_below(root).iter().filter_map(|path| below(root, path)).collect();
+        found.extend(open.keys().filter_map(|path| below(root, path)));
         found.push(self.name().to_string());
         found.sort();
         found.dedup();
@@ -107,6 +107,12 @@ impl Project {
         found.dedup();
         found
     }
+}
+
+/// The path of a file from a root.
+fn below(root: &Path, path: &Path) -> Option<String> {
+    let parts: Option<Vec<&str>> = path.strip_prefix(root).ok()?.iter().map(|part| part.to_str()).collect();
+    Some(parts?.join("/"))
 }
 
 /// The scene files below a folder, as far as they are not ignored.

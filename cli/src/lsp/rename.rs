@@ -63,10 +63,9 @@ fn replaced(text: &str, spans: &[Span], new: &str) -> String {
 
 /// Whether every name of the project means what it did.
 fn verify(project: &Project, open: &Open, places: &Places, texts: Open, new: &str) -> Result<(), String> {
-    let Some(root) = project.root() else { return Ok(()) };
     let mut all = open.clone();
     all.extend(texts);
-    let after = Project::of(&root.join(project.name()), &all);
+    let after = Project::of(&project.root().join(project.name()), &all);
     let now = |place: &Place| -> Place {
         let Some(spans) = places.get(&place.file) else { return place.clone() };
         let moved = |offset: u32| {

@@ -41,6 +41,8 @@ const MOST_SYMBOLS: usize = 1_000;
 pub fn serve(connection: &Connection) -> Option<u8> {
     let (id, params) = loop {
         let Ok((id, params)) = connection.initialize_start() else { return Some(crate::exit::FINDINGS) };
+        let mut params = params;
+        uri::mend(&mut params);
         match needed::<lsp::InitializeParams>(params) {
             Ok(params) => break (id, params),
             Err(Refused(code, why)) => {
@@ -283,7 +285,8 @@ impl<'c> Server<'c> {
     }
 
     fn notified(&mut self, message: Notification) {
-        let Notification { method, params } = message;
+        let Notification { method, mut params } = message;
+        uri::mend(&mut params);
         match method.as_str() {
             note::Initialized::METHOD => self.watch_files(),
             note::DidOpenTextDocument::METHOD => {
@@ -438,7 +441,8 @@ impl<'c> Server<'c> {
     }
 
     fn answer(&mut self, request: Request) -> Response {
-        let Request { id, method, params } = request;
+        let Request { id, method, mut params } = request;
+        uri::mend(&mut params);
         if self.closing {
             return Response::new_err(id, ErrorCode::InvalidRequest as i32, "the server is closing".into());
         }
@@ -730,7 +734,7 @@ impl<'c> Server<'c> {
         let mut seen: HashSet<PathBuf> = HashSet::new();
         for (from, _) in &moves {
             let project = self.project(from);
-            let Some(root) = project.root().map(Path::to_path_buf) else { continue };
+            let root = project.root().to_path_buf();
             let now = |file: &str| {
                 let path = root.join(file);
                 let moved = moves.iter().find_map(|(from, to)| match path.strip_prefix(from) {

@@ -376,6 +376,23 @@ fn suggestions() {
     offers("lang 1\ncamera near { }\nrender { camera: | }", &["near"], &["sin"]);
     offers("lang 1\nlet a = clamp(1, |)", &["low", "high", "time"], &[]);
     offers("lang 1\nfor i in 0..3 { sphere { radius: | } }", &["i", "time", "keys"], &[]);
+    // What goes on with what is written.
+    offers("lang 1\nsphere b { position: keys { 0s: (0, 0, 0) 1s: (1, 0, 0) | } }", &["ease", "after"], &[]);
+    offers("lang 1\nlet a = keys { 0s: 1 1s: 2 ease in| }", &["in_out_cubic", "ease_in"], &["after"]);
+    offers("lang 1\nsphere ball |", &["like"], &["box"]);
+    offers("lang 1\nimport \"std/metals\" |", &["as"], &["sphere"]);
+    offers("lang 1\nimport { gold } |", &["from"], &["sphere"]);
+    offers("lang 1\nparam size = 1 |", &["in"], &[]);
+    offers("lang 1\nif true { } |", &["else"], &[]);
+    // Names are what they are where they are declared.
+    let imported = "lang 1\nimport \"std/studio\" as studio\nimport { gold as aurum } from \"std/metals\"\nimport { studio as room } from \"std/studio\"\n";
+    offers(&format!("{imported}sphere b {{ material: | }}"), &["aurum", "studio"], &["gold", "room"]);
+    offers("lang 1\nsphere a { }\nsphere b like |", &["a"], &["b"]);
+    offers("lang 1\ngroup a { sphere b { parent: | } }\nbox c { }", &["c"], &["a", "b"]);
+    offers("lang 1\ncamera near { look_at: | }\nbox c { }", &["c"], &["near"]);
+    for nothing in ["lang 1\nimport { gold as | } from \"std/metals\"", "lang 1\nimport |"] {
+        assert_eq!(labels(nothing), Vec::<String>::new(), "{nothing}");
+    }
     for nothing in
         ["lang 1\n// a |comment", "lang 1\nlet a = \"te|xt\"", "lang 1\nsphere b { material: diffuse { color: #f| } }"]
     {
@@ -397,6 +414,78 @@ fn suggestions_are_snippets_with_units_and_say_more_when_asked() {
     let full = editor.ask("completionItem/resolve", radius).unwrap();
     assert!(full["documentation"]["value"].as_str().unwrap().contains("**sphere.radius**"), "{full}");
     editor.finish();
+}
+
+#[test]
+fn suggestions_from_another_file() {
+    let lib = "lang 1\nprefab tower(height: length, steps = 3) { box { size: (1m, height, 1m) } }\nmetal gold { }\nlet _private = 1\nfn twice(x: length, times = 2) -> length = x * times\nsphere ball { }\ncamera near { }\nimport { water } from \"std/glass\"\n";
+    let files = Files::new(&[("kinora.toml", ""), ("lib.kin", lib)]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let uri = files.uri("scene.kin");
+    editor.open(&uri, "");
+    let head =
+        "lang 1\nimport \"lib.kin\" as lib\nimport { tower as spire, twice as double, ball, near } from \"lib.kin\"\n";
+    let cases: &[(&str, &[&str], &[&str])] = &[
+        ("|", &["spire { height: $1 }", "lib"], &["double"]),
+        ("lib.|", &["tower { height: $1 }"], &["gold", "sphere", "_private", "water"]),
+        ("lib.to|", &["tower { height: $1 }"], &["box"]),
+        ("lib.tower { | }", &["height: $1", "steps: ${1:3}"], &["radius"]),
+        ("spire { steps: 2, | }", &["height: $1"], &["steps: ${1:3}"]),
+        ("let a = lib.|", &["twice(${1:x})", "ball"], &["tower", "_private"]),
+        ("let a = dou|", &["double(${1:x})"], &["twice(${1:x})"]),
+        ("let a = double(|)", &["times: ", "x: "], &[]),
+        ("let a = lib.twice(x: 1m, |)", &["times: "], &["x: "]),
+        ("sphere b { material: lib.| }", &["gold"], &["ball", "near", "tower"]),
+        ("render { camera: | }", &["near", "lib"], &["ball"]),
+        ("render { camera: lib.| }", &["near"], &["ball", "gold"]),
+        ("sphere b like |", &["ball"], &["near", "b"]),
+        ("import { | } from \"lib.kin\"", &["tower", "gold"], &["_private", "water"]),
+    ];
+    for (version, (case, wanted, unwanted)) in cases.iter().enumerate() {
+        let (text, offset) = cursor(&format!("{head}{case}"));
+        editor.change(&uri, version + 2, &text);
+        let list = editor.ask("textDocument/completion", at(&editor, &uri, &text, offset)).unwrap();
+        let found: Vec<&str> =
+            list.as_array().unwrap().iter().map(|item| item["textEdit"]["newText"].as_str().unwrap()).collect();
+        for word in *wanted {
+            assert!(found.contains(word), "no {word} in {found:?} of {case}");
+        }
+        for word in *unwanted {
+            assert!(
+                !found.iter().any(|text| text.split([' ', '(']).next() == word.split([' ', '(']).next())
+                    || word.contains(": "),
+                "{word} in {found:?} of {case}"
+            );
+        }
+    }
+    editor.finish();
+}
+
+/// What a suggestion makes of a text with the cursor in it.
+#[track_caller]
+fn taken(text: &str, label: &str, expected: &str) {
+    let list = ask_at("textDocument/completion", text);
+    let item = list.as_array().unwrap().iter().find(|item| item["label"] == label);
+    let item = item.unwrap_or_else(|| panic!("no {label} in {text:?}"));
+    let (text, _) = cursor(text);
+    let start = text.rfind('\n').unwrap() + 1;
+    let at = |place: &Value| start + place["character"].as_u64().unwrap() as usize;
+    let range = &item["textEdit"]["range"];
+    let mut result = text.clone();
+    result.replace_range(at(&range["start"])..at(&range["end"]), item["textEdit"]["newText"].as_str().unwrap());
+    assert_eq!(&result[start..], expected);
+}
+
+#[test]
+fn suggestions_take_the_place_of_the_word_they_complete() {
+    taken("lang 1\nsphere b { radius: 5| }", "cm", "sphere b { radius: 5cm }");
+    taken("lang 1\nsphere b { radius: 5c| }", "cm", "sphere b { radius: 5cm }");
+    taken("lang 1\nsphere b { radius: 5c|m }", "mm", "sphere b { radius: 5mm }");
+    taken("lang 1\nsphere b { ra|dus: 1m }", "radius", "sphere b { radius: 1m }");
+    taken("lang 1\nlet ü = 1\nlet b = |ü + 1", "time", "let b = timeü + 1");
+    taken("lang 1\nlet b = si|m(1)", "sin", "let b = sin(${1:angle})(1)");
+    taken("lang 1\nimport \"std/m|ets\"", "metals", "import \"std/metals\"");
+    taken("lang 1\nimport \"std/m|", "metals", "import \"std/metals");
 }
 
 #[track_caller]
@@ -423,6 +512,21 @@ fn what_stands_here() {
         "lang 1\nrender { duration: 2s }\ncamera main { }\nsky { color: #fff }\nlet up = 3m * (time / 1s)\nsphere b { position: (0, u|p, 0) }",
         &["`0m` at 0s", "`6m` at 2s"],
     );
+    // What is pointed at, not what it is part of.
+    hovers("lang 1\nlet size = 2m\nfn half(x) = x| / 2\nsphere b { radius: half(size) }", &["`2m` · a length"]);
+    hovers("lang 1\nlet a = 2m * sin|(90deg) + 3m", &["`1` · a number"]);
+    hovers(
+        "lang 1\nprefab lamp(r: length) { sphere { radius: r| * 2 } }\nlamp { r: 1m }\nlamp { r: 3m }",
+        &["`1m` the first time, then others"],
+    );
+    hovers("lang 1\nlet n|  = 3", &["let n = 3", "`3` · a number"]);
+    hovers("lang 1\nsphere b { rad|ius: 50cm }", &["sphere.radius", "`0.5m` · a length"]);
+    hovers("lang 1\nparam size: length = 0.5m in 0.1m..2m\nlet a = si|ze * 2", &["in 0.1m..2m", "`0.5m` · a length"]);
+    hovers("lang 1\nsphere b { radius: 2m }\nlet a = b.rad|ius * 2", &["**sphere.radius**", "`2m` · a length"]);
+    hovers("lang 1\nlet v = (1m, 2m, 3m)\nlet a = v.|y", &["**y** of `v`", "`2m` · a length"]);
+    hovers("lang 1\nimport \"std/metals\" as met|als", &["import \"std/metals\" as metals"]);
+    hovers("lang 1\nimport \"std/metals\" as metals\nsphere b { material: met|als.gold }", &["as metals"]);
+    hovers("lang 1\nfn half(x) = x / 2\nlet a = ha|lf(3)", &["fn half(x) = x / 2", "`1.5`"]);
     hovers("lang 1\nlet a = cla|mp(5, 0, 1)", &["clamp(x, low, high)", "= `1`"]);
     hovers("lang 1\nlet a = 9|0deg", &["an angle", "90deg"]);
     hovers("lang 1\nlet a = 5|0cm", &["a length", "0.5m"]);
@@ -779,6 +883,96 @@ fn laid_out_as_fmt_does() {
         assert_eq!(edited(&editor, broken, &edits), broken.replace("        }", "    }"));
         editor.finish();
     }
+}
+
+#[test]
+fn lines_beside_those_that_are_laid_out_stay() {
+    let files = Files::new(&[("kinora.toml", "")]);
+    for (path, text) in examples() {
+        let mut editor = Editor::new(files.folder.path(), true);
+        let uri = files.uri("scene.kin");
+        let messy: String = text
+            .split_inclusive('\n')
+            .enumerate()
+            .map(|(i, line)| match i % 5 {
+                0 => format!("   {line}"),
+                1 => format!("{}\n\n\n", line.trim_end()),
+                2 => format!("\t{}   \n", line.trim()),
+                _ => line.to_string(),
+            })
+            .collect();
+        editor.open(&uri, &messy);
+        let options = json!({ "tabSize": 4, "insertSpaces": true });
+        let document = json!({ "uri": uri });
+        let tree =
+            |text: &str| kinora_lang::parse(&kinora_lang::source::Source::new(Default::default(), "a.kin", text));
+        let expected = kinora_lang::format::format(&tree(&messy)).unwrap();
+        let edits =
+            editor.ask("textDocument/formatting", json!({ "textDocument": document, "options": options })).unwrap();
+        assert_eq!(edited(&editor, &messy, &edits), expected, "{}", path.display());
+        let lines: Vec<&str> = messy.split('\n').collect();
+        for first in (0..lines.len()).step_by(7) {
+            let last = (first + 4).min(lines.len() - 1);
+            let range = json!({ "start": { "line": first, "character": 0 }, "end": { "line": last, "character": 1 } });
+            let params = json!({ "textDocument": document, "range": range, "options": options });
+            let edits = editor.ask("textDocument/rangeFormatting", params).unwrap();
+            for edit in edits.as_array().unwrap() {
+                let (start, end) = (&edit["range"]["start"], &edit["range"]["end"]);
+                let ends = end["line"].as_u64().unwrap() as usize;
+                assert!(start["line"].as_u64().unwrap() as usize >= first, "{edit}");
+                assert!(ends <= last || ends == last + 1 && end["character"] == 0, "{edit}");
+            }
+            let part = edited(&editor, &messy, &edits);
+            assert_eq!(kinora_lang::format::format(&tree(&part)).unwrap(), expected, "{} {first}", path.display());
+        }
+        editor.finish();
+    }
+}
+
+#[test]
+fn texts_whose_folder_is_not_there() {
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), true);
+    let (scene, lib) = ("file:///no/such/folder/a.kin", "file:///no/such/folder/lib.kin");
+    let text =
+        "lang 1\nimport { gold } from \"lib.kin\"\ncamera c { look_at: b }\nsky { }\nsphere b { material: gold }\n";
+    editor.open(lib, "lang 1\nmetal gold { }\n");
+    editor.open(scene, text);
+    assert_eq!(editor.findings(scene, 1), Vec::<Value>::new());
+    let params = at(&editor, scene, text, text.rfind("gold").unwrap() + 1);
+    let found = editor.ask("textDocument/definition", params.clone()).unwrap();
+    assert_eq!((&found["uri"], &found["range"]["start"]["line"]), (&json!(lib), &json!(1)));
+    let mut params = params;
+    params["newName"] = json!("silver");
+    let edit = editor.ask("textDocument/rename", params).unwrap();
+    assert_eq!(edit["documentChanges"].as_array().unwrap().len(), 2, "{edit}");
+    editor.finish();
+}
+
+#[test]
+fn editors_that_say_things_in_another_way() {
+    let files = Files::new(&[("kinora.toml", ""), ("a b/lib.kin", "lang 1\nmetal gold { }\n")]);
+    let root = files.folder.path().canonicalize().unwrap();
+    let (server, connection) = Connection::memory();
+    let server = std::thread::spawn(move || super::server::serve(&server));
+    let mut editor =
+        Editor { connection, server: Some(server), next: 0, said: Vec::new(), utf8: false, greeting: Value::Null };
+    // Before everything else, and what is no greeting.
+    assert!(editor.ask("textDocument/hover", json!({})).is_err());
+    editor.tell("textDocument/didOpen", json!({}));
+    assert!(editor.ask("initialize", json!([])).is_err());
+    // An address as no address is written, and no `initialized`.
+    let folder = format!("file://{}/a b", root.display());
+    editor.greeting =
+        editor.ask("initialize", json!({ "processId": null, "rootUri": folder, "capabilities": {} })).unwrap();
+    assert!(editor.ask("initialize", json!({ "capabilities": {} })).is_err());
+    let text = "lang 1\nimport { gold } from \"lib.kin\"\nsphere b { material: gold }\n";
+    let uri = format!("{folder}/scene ü.kin");
+    editor.open(&uri, text);
+    let params = at(&editor, &uri, text, text.rfind("gold").unwrap() + 1);
+    let found = editor.ask("textDocument/definition", params).unwrap();
+    assert!(found["uri"].as_str().unwrap().ends_with("/a%20b/lib.kin"), "{found}");
+    editor.finish();
 }
 
 #[test]

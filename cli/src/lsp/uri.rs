@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lsp_types::Uri;
-use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+use percent_encoding::{AsciiSet, CONTROLS, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
 /// What stays as it is in an address.
 const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'/').remove(b'-').remove(b'_').remove(b'.').remove(b'~');
@@ -25,6 +25,42 @@ pub fn path(uri: &Uri) -> Option<PathBuf> {
     let path = PathBuf::from(text);
     Some(canonical(&path).unwrap_or(path))
 }
+
+/// Writes the addresses among the parameters of a message as they should be written: some clients forget to encode what
+/// stands for itself in no address, and would not be understood at all.
+pub fn mend(params: &mut serde_json::Value) {
+    match params {
+        serde_json::Value::Array(items) => items.iter_mut().for_each(mend),
+        serde_json::Value::Object(map) => {
+            for (key, value) in map {
+                match value {
+                    serde_json::Value::String(text) if key.ends_with("uri") || key.ends_with("Uri") => {
+                        if text.parse::<Uri>().is_err() {
+                            *text = utf8_percent_encode(text, UNWRITABLE).to_string();
+                        }
+                    }
+                    value => mend(value),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// What stands in no address.
+const UNWRITABLE: &AsciiSet = &CONTROLS
+    .add(b' ')
+    .add(b'"')
+    .add(b'<')
+    .add(b'>')
+    .add(b'[')
+    .add(b']')
+    .add(b'\\')
+    .add(b'^')
+    .add(b'`')
+    .add(b'{')
+    .add(b'|')
+    .add(b'}');
 
 /// The path with its folder as the disk has it; the file itself need not be there, and may be a link.
 fn canonical(path: &Path) -> Option<PathBuf> {

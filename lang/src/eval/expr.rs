@@ -39,8 +39,14 @@ impl<'a> Machine<'a> {
     pub fn expr(&mut self, expr: &'a Expr, env: &Env<'a>, words: Words) -> Value {
         // What is written out or named takes no step of its own: the operation that it is for takes one.
         let cost = match &expr.kind {
-            ExprKind::Number(number) => return self.literal(number, expr.span),
-            ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => return self.expr_inside(expr, env, words),
+            ExprKind::Number(number) => {
+                let value = self.literal(number, expr.span);
+                return self.watched.see(expr.span, value);
+            }
+            ExprKind::Color(_) | ExprKind::Str(_) | ExprKind::Bool(_) => {
+                let value = self.expr_inside(expr, env, words);
+                return self.watched.see(expr.span, value);
+            }
             ExprKind::Path(path) => match path.segments.as_slice() {
                 [name] if words.is_empty() => match env.value(&name.text) {
                     Some(value) => return self.watched.see(expr.span, value),

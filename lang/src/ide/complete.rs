@@ -82,8 +82,15 @@ pub fn completions(analysis: &Analysis, offset: u32, files: &dyn Files) -> Vec<C
     let tree = parse(&Source::new(source.id, source.name.clone(), text));
     let at = if put.is_empty() { offset.saturating_sub(u32::from(start < offset)) } else { start };
     let Some(token) = tree.root().token_at(at) else { return Vec::new() };
-    let mut list =
-        List { analysis, files, items: &tree.file().items, replace: Span::new(start, end), offset, at, found: Vec::new() };
+    let mut list = List {
+        analysis,
+        files,
+        items: &tree.file().items,
+        replace: Span::new(start, end),
+        offset,
+        at,
+        found: Vec::new(),
+    };
     list.fill(token, before);
     list.found.sort_by(|a, b| (a.rank, &a.label).cmp(&(b.rank, &b.label)));
     list.found.dedup_by(|a, b| a.label == b.label && a.kind == b.kind);
@@ -347,11 +354,12 @@ impl<'a> List<'a> {
     fn followed(&self, name: &str, what: Visible<'a>) -> Visible<'a> {
         let Visible::Imported = what else { return what };
         let modules = &self.analysis.modules;
-        let there = modules.list.first().into_iter().flat_map(crate::modules::Module::imports).find_map(|(import, to)| {
-            let mut renamed = import.names.iter().flatten();
-            let own = renamed.find(|rename| &*rename.alias.as_ref().unwrap_or(&rename.name).text == name)?;
-            named_in(&modules.list.get(to?)?.file.items, &own.name.text)
-        });
+        let there =
+            modules.list.first().into_iter().flat_map(crate::modules::Module::imports).find_map(|(import, to)| {
+                let mut renamed = import.names.iter().flatten();
+                let own = renamed.find(|rename| &*rename.alias.as_ref().unwrap_or(&rename.name).text == name)?;
+                named_in(&modules.list.get(to?)?.file.items, &own.name.text)
+            });
         there.unwrap_or(what)
     }
 
@@ -625,11 +633,11 @@ impl<'a> List<'a> {
                 return;
             }
             Type::Placed => {
-                self.names(|what| matches!(what, Visible::Node(_)), 0);
+                self.other_nodes();
                 self.function("node", 1);
                 return;
             }
-            Type::Target => self.names(|what| matches!(what, Visible::Node(_)), 0),
+            Type::Target => self.other_nodes(),
             Type::Color if !inside => {
                 let entry = self.add("#", CompletionKind::Value, "a colour, red green blue", 0);
                 (entry.snippet, entry.plain) = ("#${1:808080}".into(), "#808080".into());
@@ -684,6 +692,24 @@ impl<'a> List<'a> {
         for (name, what) in self.visible() {
             if wanted(&what) {
                 self.name(name, what, rank);
+            }
+        }
+    }
+
+    /// Nodes but for those that the cursor is in.
+    fn other_nodes(&mut self) {
+        let mut around: Vec<&str> = Vec::new();
+        walk(self.items, &mut |seen| match seen {
+            Seen::Node(node) if node.span.start <= self.at && self.at <= node.span.end => {
+                around.extend(node.name.as_ref().map(|name| &*name.text));
+                true
+            }
+            Seen::Node(_) => false,
+            _ => true,
+        });
+        for (name, what) in self.visible() {
+            if matches!(what, Visible::Node(_)) && !around.contains(&name) {
+                self.name(name, what, 0);
             }
         }
     }
@@ -1006,5 +1032,110 @@ pub fn document(about: &str) -> Option<String> {
         "keyword" | "word" => super::hover::word(rest).map(str::to_string),
         "text" => Some(rest.to_string()),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::Memory;
+    use crate::source::FileId;
+
+    /// A snippet as it is once somebody has gone through it.
+    fn filled(snippet: &str) -> String {
+        let mut text = snippet.replace("    $0\n", "").replace("{ $0 }", "{ }").replace("\\}", "}").replace("\\$", "$");
+        while let Some(start) = text.find('$') {
+            let behind = &text[start + 1..];
+            let (end, value) = match behind.strip_prefix('{') {
+                Some(inner) => {
+                    let end = inner.find('}').unwrap();
+                    let value = inner[..end].trim_start_matches(|digit: char| digit.is_ascii_digit());
+                    let value =
+                        value.strip_prefix('|').map_or(&value[1..], |words| words.split([',', '|']).next().unwrap());
+                    (start + 1 + end + 2, value.to_string())
+                }
+                None => (
+                    start + 1 + behind.find(|letter: char| !letter.is_ascii_digit()).unwrap_or(behind.len()),
+                    "x".into(),
+                ),
+            };
+            text.replace_range(start..end, &value);
+        }
+        text
+    }
+
+    /// Takes each suggestion at the cursor of a text, which has no errors without it.
+    fn take_all(text: &str) -> usize {
+        let at = text.find('|').unwrap();
+        let text = text.replacen('|', "", 1);
+        let nothing = Memory::default();
+        let analysis = Analysis::new("a.kin", &text, &nothing);
+        let found = completions(&analysis, at as u32, &nothing);
+        for one in &found {
+            // The rest of these is for people to write.
+            if matches!(one.label.as_str(), "ease" | "after" | "like") {
+                continue;
+            }
+            let filled = filled(&one.snippet);
+            let plain = if one.plain.ends_with(": ") { format!("{}x", one.plain) } else { one.plain.clone() };
+            for new in [
+                Some(filled),
+                Some(plain).filter(|_| {
+                    !matches!(
+                        one.kind,
+                        CompletionKind::Keyword
+                            | CompletionKind::Kind
+                            | CompletionKind::Prefab
+                            | CompletionKind::Property
+                    )
+                }),
+            ]
+            .into_iter()
+            .flatten()
+            {
+                let mut result = text.clone();
+                result.replace_range(one.replace.start as usize..one.replace.end as usize, &new);
+                let tree = parse(&Source::new(FileId(0), "a.kin", result.as_str()));
+                let wrong: Vec<&str> = tree.errors().iter().map(|found| found.message.as_str()).collect();
+                assert!(wrong.is_empty(), "{result}\n{wrong:?}");
+            }
+        }
+        found.len()
+    }
+
+    #[test]
+    fn what_is_taken_can_be_read() {
+        let declared = "lang 1\nprefab tower(height: length, n = 3) { box { } }\nfn twice(x, times = 2) = x * times\nmetal gold { }\n";
+        let mut count = take_all(&format!("{declared}|")) + take_all(&format!("{declared}tower {{ | }}"));
+        for text in [
+            "let a = |",
+            "let a = (|)",
+            "let a = twice(|)",
+            "let a = mix(|)",
+            "fn f(x) {{ | return x }}",
+            "param a: | = 1",
+            "group g {{ | }}",
+            "for i in 0..3 {{ | }}",
+            "let a = keys {{ 0s: 1 1s: 2 ease | }}",
+            "let a = keys(|) {{ 0s: 1 1s: 2 }}",
+            "let a = keys {{ 0s: | }}",
+        ] {
+            count += take_all(&format!("{declared}{}", text.replace("{{", "{").replace("}}", "}")));
+        }
+        for kind in KINDS.iter().filter(|kind| kind.since == Since::Now) {
+            let around = match kind.place {
+                Place::Inside(kinds) => Some(kinds.first().copied().unwrap_or("sphere")),
+                _ => None,
+            };
+            let inside = |body: &str| match around {
+                Some(outer) => format!("{declared}{outer} {{ {} {{ {body} }} }}", kind.name),
+                None => format!("{declared}{} {{ {body} }}", kind.name),
+            };
+            count += take_all(&inside("|"));
+            for property in kind.all().filter(|row| row.since != Since::Later) {
+                count += take_all(&inside(&format!("{}: |", property.name)));
+            }
+        }
+        assert!(count > 5_000, "{count}");
     }
 }

@@ -106,11 +106,27 @@ fn path(analysis: &Analysis, token: Part<'_>, offset: u32) -> Option<Hover> {
     let parent = token.parent()?;
     let of_node = parent.kind() == K::Node
         || parent.kind() == K::Named && parent.nodes().any(|part| matches!(part.kind(), K::Block | K::Like));
-    let value = (parent.kind() == K::Named && !of_node).then(|| parent.span());
+    // The value of what is named, or of the call.
+    let next = parent.parts().find(|part| part.span().start >= token.span().end);
+    let args = next.filter(|part| part.kind() == K::Args);
+    let whole = Span::new(token.span().start, args.map_or(token.span().end, |args| args.span().end));
+    let is_last = !token.text().get((offset - token.span().start) as usize..).unwrap_or_default().contains('.');
+    let value = (!of_node && is_last).then_some(whole);
     if let Some(found) = name(analysis, offset, value) {
         return Some(found);
     }
-    // Of several names the one at the offset; what stands behind a `.` is a field, which says nothing by itself.
+    if let Some((base, field)) = token.text().rsplit_once('.').filter(|_| is_last && !of_node) {
+        let span = Span::new(token.span().end - field.len() as u32, token.span().end);
+        let to = analysis.name_at(token.span().start + base.len() as u32).map(|(at, _)| at);
+        let text = match to.and_then(|at| analysis.symbol(at)) {
+            Some(Symbol::Node(Some(kind))) if kind.property(field).is_some() => {
+                property(kind.name, kind.property(field)?)
+            }
+            _ => format!("**{field}** of `{base}`"),
+        };
+        return Some(Hover { span, text, value });
+    }
+    // Of several names the one at the offset.
     let before = token.text().get(..(offset.saturating_sub(token.span().start) as usize)).unwrap_or_default();
     let text = match (token.text().split_once('.'), before.contains('.')) {
         (Some((first, _)), false) => first,
@@ -137,11 +153,7 @@ fn path(analysis: &Analysis, token: Part<'_>, offset: u32) -> Option<Hover> {
         _ => {}
     }
     if let Some(row) = builtin::find(text) {
-        return Some(Hover {
-            span: token.span(),
-            text: function(row),
-            value: (parent.kind() == K::Named).then(|| parent.span()),
-        });
+        return Some(Hover { span: token.span(), text: function(row), value });
     }
     word(text).map(|doc| Hover { span: token.span(), text: format!("**{text}** · {doc}"), value })
 }
@@ -149,7 +161,7 @@ fn path(analysis: &Analysis, token: Part<'_>, offset: u32) -> Option<Hover> {
 /// A name that is declared somewhere.
 fn name(analysis: &Analysis, offset: u32, value: Option<Span>) -> Option<Hover> {
     let (span, to) = analysis.name_at(offset)?;
-    let symbol = analysis.symbol(to)?;
+    let symbol = analysis.symbol(span)?;
     let texts = &analysis.modules.texts;
     let place = analysis.place(to);
     let mut text = String::new();

@@ -65,7 +65,10 @@ impl<'a> Declaration<'a> {
         match self {
             Declaration::Let(decl) => short(decl.span),
             Declaration::Param(decl) => short(decl.span),
-            Declaration::Fn(decl) => text(decl.head),
+            Declaration::Fn(decl) => match &decl.body {
+                ast::FnBody::Value(value) => short(decl.head.to(value.span)),
+                _ => text(decl.head),
+            },
             Declaration::Prefab(decl) => text(decl.head),
             Declaration::Node(node) => match &node.body {
                 Some(body) => text(Span::new(node.span.start, body.span.start)),
@@ -134,10 +137,11 @@ impl Analysis {
         Some((*own, *own))
     }
 
-    /// What a declared name is; of an imported one, what it is in the other file.
-    pub fn symbol(&self, declared: Span) -> Option<Symbol> {
+    /// What a name is, where it is declared or used; of an imported one, what it is in the other file.
+    pub fn symbol(&self, name: Span) -> Option<Symbol> {
         let index = self.index();
-        index.declared.get(&index.follow(declared, false)).or_else(|| index.declared.get(&declared)).copied()
+        let ends = [index.follow(name, false), index.follow(name, true), name];
+        ends.iter().find_map(|end| index.declared.get(end)).copied()
     }
 
     /// Where the name at an offset is declared, and the names between, from here to there.
