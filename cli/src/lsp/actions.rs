@@ -29,13 +29,15 @@ pub fn actions(
         })
     };
     let mut found = Vec::new();
+    // The text itself is the first.
+    let said = findings.by_file(own, encoding).into_iter().next().map(|file| file.1).unwrap_or_default();
     if wanted("quickfix") {
         for (finding, fix) in findings.fixes_in(within) {
             let Some(edits) = findings.edits(&fix.edits, own, encoding) else { continue };
             found.push(lsp::CodeAction {
                 title: fix.message.clone(),
                 kind: Some(lsp::CodeActionKind::QUICKFIX),
-                diagnostics: diagnostics_of(findings, finding, own, encoding),
+                diagnostics: diagnostics_of(&said, findings, finding, encoding),
                 edit: Some(changed(edits)),
                 is_preferred: Some(fix.applicability == Applicability::Safe),
                 ..lsp::CodeAction::default()
@@ -61,7 +63,7 @@ pub fn actions(
             found.push(lsp::CodeAction {
                 title: format!("allow {} here", finding.code),
                 kind: Some(lsp::CodeActionKind::QUICKFIX),
-                diagnostics: diagnostics_of(findings, finding, own, encoding),
+                diagnostics: diagnostics_of(&said, findings, finding, encoding),
                 edit: Some(changed(edits)),
                 ..lsp::CodeAction::default()
             });
@@ -85,18 +87,16 @@ pub fn actions(
 }
 
 fn diagnostics_of(
+    all: &[lsp::Diagnostic],
     findings: &Findings,
     finding: &kinora_lang::diagnostic::Diagnostic,
-    own: &lsp::Uri,
     encoding: Encoding,
 ) -> Option<Vec<lsp::Diagnostic>> {
     let (_, span) = finding.place()?;
     let source = &findings.sources.first()?.0;
     let range = encoding.range(source, span);
-    let all = findings.by_file(own, encoding);
     let same = |said: &&lsp::Diagnostic| {
         said.range == range && said.code == Some(lsp::NumberOrString::String(finding.code.into()))
     };
-    let own = all.into_iter().next()?.1;
-    Some(own.iter().filter(same).cloned().collect())
+    Some(all.iter().filter(same).cloned().collect())
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
 use kinora_lang::assets::cache::Cache;
@@ -75,6 +76,8 @@ struct Client {
 
 struct Server<'c> {
     connection: &'c Connection,
+    /// What the editor said, read ahead: what is taken back is seen before its turn.
+    heard: Receiver<Message>,
     client: Client,
     encoding: Encoding,
     roots: Vec<PathBuf>,
@@ -83,6 +86,8 @@ struct Server<'c> {
     cache: Arc<Cache>,
     /// Texts that have changed since they were judged.
     dirty: HashSet<String>,
+    /// The text that was changed last: most likely what is looked at.
+    latest: String,
     /// What was last said of each text, by the open text that it was found with.
     said: BTreeMap<String, BTreeMap<String, Vec<lsp::Diagnostic>>>,
     queue: VecDeque<Message>,
@@ -131,8 +136,15 @@ impl<'c> Server<'c> {
         if roots.is_empty() {
             roots.extend(old);
         }
+        let (say, heard) = channel();
+        let receiver = connection.receiver.clone();
+        // Without this thread there is nothing to hear, as with an editor that is gone.
+        let _ = std::thread::Builder::new()
+            .name("hear".into())
+            .spawn(move || receiver.iter().try_for_each(|message| say.send(message)));
         Server {
             connection,
+            heard,
             client,
             encoding,
             roots,
@@ -140,6 +152,7 @@ impl<'c> Server<'c> {
             open: Arc::default(),
             cache: Arc::default(),
             dirty: HashSet::new(),
+            latest: String::new(),
             said: BTreeMap::new(),
             queue: VecDeque::new(),
             pulls: false,
@@ -244,11 +257,15 @@ impl<'c> Server<'c> {
             if let Some(message) = self.queue.pop_front() {
                 return Some(message);
             }
-            let wait = if self.dirty.is_empty() { LOOK } else { QUIET };
-            match self.connection.receiver.recv_timeout(wait) {
+            let wait = match self.dirty.contains(&self.latest) {
+                true => QUIET,
+                false if self.dirty.is_empty() => LOOK,
+                false => Duration::ZERO,
+            };
+            match self.heard.recv_timeout(wait) {
                 Ok(message) => self.queue.push_back(message),
                 // Without a word, it counts as one that does not say goodbye.
-                Err(error) if error.is_disconnected() => {
+                Err(RecvTimeoutError::Disconnected) => {
                     self.queue.push_back(Notification::new(note::Exit::METHOD.into(), ()).into());
                 }
                 Err(_) if self.dirty.is_empty() => {
@@ -263,7 +280,7 @@ impl<'c> Server<'c> {
 
     /// Takes what has come, and takes back the requests that are not wanted any more.
     fn drain(&mut self) {
-        while let Ok(message) = self.connection.receiver.try_recv() {
+        while let Ok(message) = self.heard.try_recv() {
             let cancelled = match &message {
                 Message::Notification(message) if message.method == note::Cancel::METHOD => {
                     message.params.get("id").cloned()
@@ -293,15 +310,16 @@ impl<'c> Server<'c> {
                 let Some(params) = read::<lsp::DidOpenTextDocumentParams>(params) else { return };
                 let lsp::TextDocumentItem { uri, version, text, .. } = params.text_document;
                 let path = self.path_of(&uri);
-                self.documents.insert(uri.as_str().to_string(), Document::new(uri, path, version, &text));
-                self.changed();
+                self.latest = uri.as_str().to_string();
+                self.documents.insert(self.latest.clone(), Document::new(uri, path, version, &text));
+                self.all_changed();
             }
             note::DidChangeTextDocument::METHOD => {
                 let Some(params) = read::<lsp::DidChangeTextDocumentParams>(params) else { return };
                 let encoding = self.encoding;
                 let Some(document) = self.documents.get_mut(params.text_document.uri.as_str()) else { return };
                 document.change(params.text_document.version, params.content_changes, encoding);
-                self.changed();
+                self.changed(params.text_document.uri.as_str());
             }
             note::DidCloseTextDocument::METHOD => {
                 let Some(params) = read::<lsp::DidCloseTextDocumentParams>(params) else { return };
@@ -311,10 +329,10 @@ impl<'c> Server<'c> {
                 let was_said = self.said.remove(&uri).unwrap_or_default();
                 was_said.keys().for_each(|file| self.publish(file));
                 self.publish(&uri);
-                self.changed();
+                self.all_changed();
             }
             note::DidSaveTextDocument::METHOD | note::DidChangeWatchedFiles::METHOD => {
-                self.changed();
+                self.all_changed();
                 if self.pulls && self.client.refreshes_findings {
                     self.ask(ask::WorkspaceDiagnosticRefresh::METHOD, Value::Null);
                 }
@@ -340,8 +358,23 @@ impl<'c> Server<'c> {
         })
     }
 
-    /// Some text or file is not what it was.
-    fn changed(&mut self) {
+    /// A text that is open is not what it was: neither is what is known of those that import it.
+    fn changed(&mut self, uri: &str) {
+        let Some(document) = self.documents.get(uri) else { return };
+        Arc::make_mut(&mut self.open).insert(document.path.clone(), document.source.text.as_bytes().into());
+        let address = uri::of(&document.path);
+        for (other, document) in &mut self.documents {
+            let reads = |found: &Arc<Findings>| found.sources.iter().any(|(_, read)| *read == address);
+            if other == uri || document.findings.as_ref().is_none_or(reads) {
+                document.forget();
+                self.dirty.insert(other.clone());
+            }
+        }
+        self.latest = uri.to_string();
+    }
+
+    /// Texts are open that were not, or files are not what they were.
+    fn all_changed(&mut self) {
         let open =
             self.documents.values().map(|document| (document.path.clone(), document.source.text.as_bytes().into()));
         self.open = Arc::new(open.collect());
@@ -353,9 +386,14 @@ impl<'c> Server<'c> {
 
     /// Says what is wrong with one of the texts that have changed.
     fn judge_one(&mut self) {
-        // What was changed last is most likely what is looked at.
-        let Some(uri) = self.dirty.iter().min().cloned() else { return };
-        self.dirty.remove(&uri);
+        let uri = match self.dirty.take(&self.latest) {
+            Some(latest) => latest,
+            None => {
+                let Some(next) = self.dirty.iter().min().cloned() else { return };
+                self.dirty.remove(&next);
+                next
+            }
+        };
         if self.pulls {
             return;
         }

@@ -385,7 +385,7 @@ fn suggestions() {
     offers("lang 1\nparam size = 1 |", &["in"], &[]);
     offers("lang 1\nif true { } |", &["else"], &[]);
     // Names are what they are where they are declared.
-    let imported = "lang 1\nimport \"std/studio\" as studio\nimport { gold as aurum } from \"std/metals\"\nimport { studio as room } from \"std/studio\"\n";
+    let imported = "lang 1\nimport \"std/studio\" as studio\nimport { gold as aurum } from \"std/metals\"\nimport { studio_light as room } from \"std/studio\"\n";
     offers(&format!("{imported}sphere b {{ material: | }}"), &["aurum", "studio"], &["gold", "room"]);
     offers("lang 1\nsphere a { }\nsphere b like |", &["a"], &["b"]);
     offers("lang 1\ngroup a { sphere b { parent: | } }\nbox c { }", &["c"], &["a", "b"]);
@@ -935,7 +935,7 @@ fn texts_whose_folder_is_not_there() {
     let mut editor = Editor::new(files.folder.path(), true);
     let (scene, lib) = ("file:///no/such/folder/a.kin", "file:///no/such/folder/lib.kin");
     let text =
-        "lang 1\nimport { gold } from \"lib.kin\"\ncamera c { look_at: b }\nsky { }\nsphere b { material: gold }\n";
+        "lang 1\nimport { gold } from \"lib.kin\"\ncamera c { look_at: b }\nsky { color: #fff }\nsphere b { material: gold }\n";
     editor.open(lib, "lang 1\nmetal gold { }\n");
     editor.open(scene, text);
     assert_eq!(editor.findings(scene, 1), Vec::<Value>::new());
