@@ -123,13 +123,23 @@ pub fn scenes_below(root: &Path) -> Vec<PathBuf> {
     found.filter(|path| scene(path)).take(MOST_FILES).collect()
 }
 
+/// Where the parts of this program are written that editors open.
+fn standard_folder() -> PathBuf {
+    let of = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let cache = of("XDG_CACHE_HOME").or_else(|| Some(of("HOME")?.join(".cache"))).or_else(|| of("LOCALAPPDATA"));
+    cache.unwrap_or_else(std::env::temp_dir).join("kinora").join(env!("CARGO_PKG_VERSION"))
+}
+
+/// Whether a file is a part of this program that was written for an editor.
+pub fn is_standard(path: &Path) -> bool {
+    let folder = standard_folder();
+    path.starts_with(folder.canonicalize().unwrap_or(folder))
+}
+
 /// A part of this program as a file that editors can open.
 fn standard(file: &str) -> Option<PathBuf> {
     let text = library::find(file)?;
-    let of = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let cache = of("XDG_CACHE_HOME").or_else(|| Some(of("HOME")?.join(".cache"))).or_else(|| of("LOCALAPPDATA"));
-    let folder = cache.unwrap_or_else(std::env::temp_dir).join("kinora").join(env!("CARGO_PKG_VERSION"));
-    let path = folder.join(format!("{file}.kin"));
+    let path = standard_folder().join(format!("{file}.kin"));
     let is_there = std::fs::read(&path).is_ok_and(|there| there == text.as_bytes());
     if !is_there {
         std::fs::create_dir_all(path.parent()?).ok()?;

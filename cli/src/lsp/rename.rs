@@ -8,7 +8,7 @@ use kinora_lang::ide::{Analysis, Place, is_name};
 use kinora_lang::library;
 use kinora_lang::source::Span;
 
-use super::project::{Open, Project};
+use super::project::{Open, Project, is_standard};
 
 /// The places that get the name, by file.
 pub type Places = BTreeMap<Arc<str>, Vec<Span>>;
@@ -17,13 +17,15 @@ pub type Places = BTreeMap<Arc<str>, Vec<Span>>;
 ///
 /// # Errors
 /// There is no name, or it is one that this program gives.
-pub fn prepare(analysis: &Analysis, offset: u32) -> Result<(Span, Place), String> {
+pub fn prepare(analysis: &Analysis, project: &Project, offset: u32) -> Result<(Span, Place), String> {
     let found = analysis.word_at(offset).ok_or("there is no name here that can be changed")?;
+    if library::is_path(&found.1.file) || project.path(&found.1.file).is_some_and(|path| is_standard(&path)) {
+        return Err(format!("`{}` is part of this program", found.1.file));
+    }
     // A name in quotes may hold what no other name can.
     let quoted = analysis.tree.source.slice(found.0).starts_with('"');
-    match library::is_path(&found.1.file) {
-        true => Err(format!("`{}` is part of this program", found.1.file)),
-        false if quoted => Err("a name in quotes is changed by hand".into()),
+    match quoted {
+        true => Err("a name in quotes is changed by hand".into()),
         false => Ok(found),
     }
 }

@@ -362,7 +362,7 @@ impl<'c> Server<'c> {
     fn changed(&mut self, uri: &str) {
         let Some(document) = self.documents.get(uri) else { return };
         Arc::make_mut(&mut self.open).insert(document.path.clone(), document.source.text.as_bytes().into());
-        let address = uri::of(&document.path);
+        let address = Some(document.uri.clone());
         for (other, document) in &mut self.documents {
             let reads = |found: &Arc<Findings>| found.sources.iter().any(|(_, read)| *read == address);
             if other == uri || document.findings.as_ref().is_none_or(reads) {
@@ -464,13 +464,20 @@ impl<'c> Server<'c> {
 
     /// What is wrong with a text.
     fn findings(&mut self, uri: &str) -> Option<Arc<Findings>> {
-        let document = self.documents.get_mut(uri)?;
-        if document.findings.is_none() {
-            let found = diagnose(&document.path, &self.open, &self.cache);
+        if self.documents.get(uri)?.findings.is_none() {
+            let mut found = diagnose(&self.documents.get(uri)?.path, &self.open, &self.cache);
+            // As the editor calls them: a link may lead to them.
+            for (_, address) in &mut found.sources {
+                let Some(path) = address.as_ref().and_then(uri::path) else { continue };
+                if let Some(open) = self.documents.values().find(|document| document.path == path) {
+                    *address = Some(open.uri.clone());
+                }
+            }
+            let document = self.documents.get_mut(uri)?;
             document.clock = found.clock.or(document.clock);
             document.findings = Some(Arc::new(found));
         }
-        document.findings.clone()
+        self.documents.get(uri)?.findings.clone()
     }
 
     fn clock(&mut self, uri: &lsp::Uri) -> Option<(f64, f64)> {
@@ -553,8 +560,9 @@ impl<'c> Server<'c> {
             }
             ask::PrepareRenameRequest::METHOD => {
                 let params: lsp::TextDocumentPositionParams = needed(params)?;
-                let (analysis, _, offset) = self.at(&params)?;
-                let found = rename::prepare(&analysis, offset).map_err(|why| Refused(ErrorCode::RequestFailed, why));
+                let (analysis, project, offset) = self.at(&params)?;
+                let found =
+                    rename::prepare(&analysis, &project, offset).map_err(|why| Refused(ErrorCode::RequestFailed, why));
                 let (span, _) = found?;
                 let source = &analysis.tree.source;
                 give(json!({ "range": encoding.range(source, span), "placeholder": source.slice(span) }))
@@ -563,7 +571,7 @@ impl<'c> Server<'c> {
                 let params: lsp::RenameParams = needed(params)?;
                 let (analysis, project, offset) = self.at(&params.text_document_position)?;
                 let refused = |why| Refused(ErrorCode::RequestFailed, why);
-                let (_, declared) = rename::prepare(&analysis, offset).map_err(refused)?;
+                let (_, declared) = rename::prepare(&analysis, &project, offset).map_err(refused)?;
                 let places = rename::rename(&project, &self.open, &declared, &params.new_name).map_err(refused)?;
                 let edits = places.iter().filter_map(|(file, spans)| {
                     let source = project.source(file)?;

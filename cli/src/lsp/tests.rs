@@ -805,6 +805,67 @@ fn findings_come_and_go_with_the_text() {
 }
 
 #[test]
+fn parts_of_the_program_keep_their_names() {
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let (uri, text) = (files.uri("scene.kin"), "lang 1\nimport { gold } from \"std/metals\"\n");
+    editor.open(&uri, text);
+    let params = at(&editor, &uri, text, text.find("gold").unwrap());
+    assert!(editor.ask("textDocument/prepareRename", params.clone()).is_err());
+    let place = editor.ask("textDocument/definition", params).unwrap();
+    let there = place["uri"].as_str().unwrap();
+    let path = super::uri::path(&there.parse().unwrap()).unwrap();
+    editor.open(there, &std::fs::read_to_string(path).unwrap());
+    let params = json!({ "textDocument": { "uri": there }, "position": place["range"]["start"], "newName": "aurum" });
+    assert!(editor.ask("textDocument/prepareRename", params.clone()).is_err());
+    assert!(editor.ask("textDocument/rename", params).is_err());
+    editor.finish();
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_behind_a_link_has_one_name() {
+    let files = Files::new(&[("kinora.toml", ""), ("real/lib.kin", "lang 1\nmetal gold { }\n")]);
+    let root = files.folder.path().canonicalize().unwrap();
+    std::os::unix::fs::symlink(root.join("real"), root.join("link")).unwrap();
+    let mut editor = Editor::new(files.folder.path(), false);
+    let scene = files.uri("scene.kin");
+    let (link, real) = (files.uri("link/lib.kin"), files.uri("real/lib.kin"));
+    editor.open(&link, "lang 1\nmetal gold { colour: #fff }\n");
+    editor.open(&scene, "lang 1\nimport { gold } from \"real/lib.kin\"\ncamera c { }\nsky { color: #fff }\nsphere b { material: gold }\n");
+    editor.findings(&scene, 1);
+    assert_eq!(editor.findings(&link, 1)[0]["code"], "E0201");
+    editor.change(&link, 2, "lang 1\nmetal silver { }\n");
+    let end = Instant::now() + Duration::from_secs(60);
+    let is_it = |message: &&Notification| message.params["uri"] == *scene;
+    while editor.said.iter().rev().find(is_it).unwrap().params["diagnostics"][0]["code"] != "E0706" {
+        assert!(Instant::now() < end);
+        let _ = editor.ask("workspace/symbol", json!({ "query": "" }));
+    }
+    assert!(editor.said.iter().all(|message| message.params["uri"] != *real));
+    editor.finish();
+}
+
+/// What is looked at is judged first, and what does not read it not at all.
+#[test]
+fn many_texts_are_open() {
+    let files = Files::new(&[("kinora.toml", "")]);
+    let mut editor = Editor::new(files.folder.path(), false);
+    let uris: Vec<String> = (0..40).map(|at| files.uri(&format!("{at:02}.kin"))).collect();
+    uris.iter().for_each(|uri| editor.open(uri, "lang 1\ncamera c { }\nsky { color: #fff }\n"));
+    for uri in &uris {
+        editor.findings(uri, 1);
+    }
+    editor.said.clear();
+    editor.change(&uris[39], 2, "lang 1\ncamera c { }\nsky { colour: #fff }\n");
+    assert_eq!(editor.findings(&uris[39], 2)[0]["code"], "E0201");
+    std::thread::sleep(Duration::from_millis(300));
+    let _ = editor.ask("workspace/symbol", json!({ "query": "" }));
+    assert_eq!(editor.said.len(), 1, "{:?}", editor.said);
+    editor.finish();
+}
+
+#[test]
 fn findings_in_an_imported_file_are_said_there() {
     let files = Files::new(&[("kinora.toml", ""), ("lib.kin", "lang 1\nmetal gold { colour: #fff }\n")]);
     let mut editor = Editor::new(files.folder.path(), false);
@@ -934,8 +995,7 @@ fn texts_whose_folder_is_not_there() {
     let files = Files::new(&[("kinora.toml", "")]);
     let mut editor = Editor::new(files.folder.path(), true);
     let (scene, lib) = ("file:///no/such/folder/a.kin", "file:///no/such/folder/lib.kin");
-    let text =
-        "lang 1\nimport { gold } from \"lib.kin\"\ncamera c { look_at: b }\nsky { color: #fff }\nsphere b { material: gold }\n";
+    let text = "lang 1\nimport { gold } from \"lib.kin\"\ncamera c { look_at: b }\nsky { color: #fff }\nsphere b { material: gold }\n";
     editor.open(lib, "lang 1\nmetal gold { }\n");
     editor.open(scene, text);
     assert_eq!(editor.findings(scene, 1), Vec::<Value>::new());

@@ -676,7 +676,9 @@ impl<'a> List<'a> {
             let fits = wanted.is_some_and(|wanted| wanted.contains(&function.gives));
             self.function(function.name, if fits { 3 } else { 5 });
         }
-        self.keywords(&["if"]);
+        let entry = self.add("if", CompletionKind::Keyword, "", 4);
+        entry.snippet = "if ${1:condition} { $2 } else { $3 }".into();
+        entry.about = "keyword if".into();
     }
 
     fn function(&mut self, name: &str, rank: u8) {

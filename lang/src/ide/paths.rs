@@ -65,6 +65,7 @@ pub fn moved(tree: &Tree, now: &dyn Fn(&str) -> String) -> Vec<(Span, String)> {
             };
             // As it is where it still leads there: `./a` and the like.
             let stays = resolve(&own, &named.written).is_ok_and(|path| path == to);
+            let written = written.replace('\\', "\\\\").replace('"', "\\\"");
             (!stays).then_some((named.span, written))
         })
         .collect()
