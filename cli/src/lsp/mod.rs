@@ -12,11 +12,10 @@ mod position;
 mod project;
 mod rename;
 mod server;
+mod stdio;
 #[cfg(test)]
 mod tests;
 mod uri;
-
-use lsp_server::Connection;
 
 use crate::exit::{self, Outcome};
 
@@ -34,7 +33,7 @@ pub struct Args {
 const STACK_BYTES: usize = 256 << 20;
 
 pub fn run(_: &Args) -> Outcome {
-    let (connection, threads) = Connection::stdio();
+    let (connection, threads) = stdio::connect().map_err(|error| format!("no thread: {error}"))?;
     let work = std::thread::Builder::new().name("lsp".into()).stack_size(STACK_BYTES);
     let served = work.spawn(move || server::serve(&connection)).map_err(|error| format!("no thread: {error}"))?;
     let code = served.join().map_err(|_| "the server stopped".to_string())?;

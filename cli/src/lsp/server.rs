@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use kinora_lang::assets::cache::Cache;
 use kinora_lang::ide::{self, Analysis, Place};
@@ -28,7 +27,7 @@ use super::{actions, rename, uri};
 /// Edits by address.
 pub type Changed = Vec<(lsp::Uri, Vec<lsp::TextEdit>)>;
 
-/// How long nothing must come before texts are judged: while somebody types, every letter would be.
+/// How long no text must change before texts are judged: while somebody types, every letter would be.
 const QUIET: Duration = Duration::from_millis(40);
 
 /// How often it is looked whether the editor still lives.
@@ -76,8 +75,6 @@ struct Client {
 
 struct Server<'c> {
     connection: &'c Connection,
-    /// What the editor said, read ahead: what is taken back is seen before its turn.
-    heard: Receiver<Message>,
     client: Client,
     encoding: Encoding,
     roots: Vec<PathBuf>,
@@ -88,6 +85,8 @@ struct Server<'c> {
     dirty: HashSet<String>,
     /// The text that was changed last: most likely what is looked at.
     latest: String,
+    /// When that was.
+    changed_at: Instant,
     /// What was last said of each text, by the open text that it was found with.
     said: BTreeMap<String, BTreeMap<String, Vec<lsp::Diagnostic>>>,
     queue: VecDeque<Message>,
@@ -136,15 +135,8 @@ impl<'c> Server<'c> {
         if roots.is_empty() {
             roots.extend(old);
         }
-        let (say, heard) = channel();
-        let receiver = connection.receiver.clone();
-        // Without this thread there is nothing to hear, as with an editor that is gone.
-        let _ = std::thread::Builder::new()
-            .name("hear".into())
-            .spawn(move || receiver.iter().try_for_each(|message| say.send(message)));
         Server {
             connection,
-            heard,
             client,
             encoding,
             roots,
@@ -153,6 +145,7 @@ impl<'c> Server<'c> {
             cache: Arc::default(),
             dirty: HashSet::new(),
             latest: String::new(),
+            changed_at: Instant::now(),
             said: BTreeMap::new(),
             queue: VecDeque::new(),
             pulls: false,
@@ -258,14 +251,14 @@ impl<'c> Server<'c> {
                 return Some(message);
             }
             let wait = match self.dirty.contains(&self.latest) {
-                true => QUIET,
+                true => QUIET.saturating_sub(self.changed_at.elapsed()),
                 false if self.dirty.is_empty() => LOOK,
                 false => Duration::ZERO,
             };
-            match self.heard.recv_timeout(wait) {
+            match self.connection.receiver.recv_timeout(wait) {
                 Ok(message) => self.queue.push_back(message),
                 // Without a word, it counts as one that does not say goodbye.
-                Err(RecvTimeoutError::Disconnected) => {
+                Err(error) if error.is_disconnected() => {
                     self.queue.push_back(Notification::new(note::Exit::METHOD.into(), ()).into());
                 }
                 Err(_) if self.dirty.is_empty() => {
@@ -280,7 +273,7 @@ impl<'c> Server<'c> {
 
     /// Takes what has come, and takes back the requests that are not wanted any more.
     fn drain(&mut self) {
-        while let Ok(message) = self.heard.try_recv() {
+        while let Ok(message) = self.connection.receiver.try_recv() {
             let cancelled = match &message {
                 Message::Notification(message) if message.method == note::Cancel::METHOD => {
                     message.params.get("id").cloned()
@@ -310,7 +303,7 @@ impl<'c> Server<'c> {
                 let Some(params) = read::<lsp::DidOpenTextDocumentParams>(params) else { return };
                 let lsp::TextDocumentItem { uri, version, text, .. } = params.text_document;
                 let path = self.path_of(&uri);
-                self.latest = uri.as_str().to_string();
+                (self.latest, self.changed_at) = (uri.as_str().to_string(), Instant::now());
                 self.documents.insert(self.latest.clone(), Document::new(uri, path, version, &text));
                 self.all_changed();
             }
@@ -370,7 +363,7 @@ impl<'c> Server<'c> {
                 self.dirty.insert(other.clone());
             }
         }
-        self.latest = uri.to_string();
+        (self.latest, self.changed_at) = (uri.to_string(), Instant::now());
     }
 
     /// Texts are open that were not, or files are not what they were.

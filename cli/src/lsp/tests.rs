@@ -532,7 +532,7 @@ fn what_stands_here() {
     hovers("lang 1\nlet a = 5|0cm", &["a length", "0.5m"]);
     hovers(
         "lang 1\nsphere b { material: diffuse { color: #ff|8000 } }",
-        &["rgb(255, 128, 0)", "linear(1.0000, 0.2159, 0.0000)"],
+        &["255, 128, 0 of 255", "linear(1.0000, 0.2159, 0.0000)"],
     );
     hovers("lang 1\nrender { view: b|vh }", &["**render.view**", "bvh"]);
     hovers("lang 1\nfor i in 0..3 { sphere { radius: (i| + 1) * 1m } }", &["for i in 0..3"]);
@@ -1071,6 +1071,17 @@ fn hints_colours_and_the_rest() {
     let spelled = editor.ask("textDocument/colorPresentation", params).unwrap();
     assert_eq!(spelled[0]["label"], "linear(0.5, 0.25, 1)");
     assert_eq!(spelled[1]["label"], "#bc89ff");
+    // Whatever is offered can be read.
+    for spelling in spelled.as_array().unwrap() {
+        let text = format!("lang 1\nlet _a = {}\n", spelling["label"].as_str().unwrap());
+        editor.change(&uri, 2, &text);
+        let colors = editor.ask("textDocument/documentColor", json!({ "textDocument": document })).unwrap();
+        assert_eq!(colors.as_array().unwrap().len(), 1, "{text}");
+        let found = editor.findings(&uri, 2);
+        assert!(found.iter().all(|found| found["code"] != "E0210"), "{text}: {found:?}");
+        editor.said.clear();
+    }
+    editor.change(&uri, 3, text);
     let folds = editor.ask("textDocument/foldingRange", json!({ "textDocument": document })).unwrap();
     let lines: Vec<(u64, u64)> = folds
         .as_array()

@@ -30,7 +30,7 @@ fn linear_to_srgb(x: f64) -> f64 {
     if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The colours of a text: literals, and calls of `linear`, `rgb` and `hsv` with plain numbers.
+/// The colours of a text: literals, and calls of `linear` and `srgb` with plain numbers.
 pub fn colors(tree: &Tree) -> Vec<ColorAt> {
     let mut found = Vec::new();
     for part in tree.root().all() {
@@ -48,7 +48,7 @@ pub fn colors(tree: &Tree) -> Vec<ColorAt> {
     found
 }
 
-/// `linear(0.1, 0.2, 0.3)`, and `rgb`: what a picker can write back.
+/// `linear(0.1, 0.2, 0.3)`, and `srgb`: what a picker can write back.
 fn called(part: Part<'_>) -> Option<ColorAt> {
     let mut parts = part.parts();
     let (name, args) = (parts.next()?, parts.next()?);
@@ -59,7 +59,7 @@ fn called(part: Part<'_>) -> Option<ColorAt> {
     let [r, g, b] = values?.try_into().ok()?;
     let srgb = match name.text() {
         "linear" => [r, g, b].map(linear_to_srgb),
-        "rgb" => [r, g, b],
+        "srgb" => [r, g, b],
         _ => return None,
     };
     let fits = srgb.iter().all(|channel| (0.0..=1.0).contains(channel));
@@ -81,11 +81,11 @@ pub fn spellings(srgb: [f64; 3], there: &str) -> Vec<String> {
     let short = |value: f64| crate::dimension::short((value * 1e4).round() / 1e4);
     let linear = srgb.map(|channel| short(srgb_to_linear(channel)));
     let linear = format!("linear({})", linear.join(", "));
-    let rgb = format!("rgb({})", srgb.map(short).join(", "));
-    let mut all = vec![hex, linear, rgb];
+    let encoded = format!("srgb({})", srgb.map(short).join(", "));
+    let mut all = vec![hex, linear, encoded];
     let first = match there.split('(').next() {
         Some("linear") => 1,
-        Some("rgb") => 2,
+        Some("srgb") => 2,
         _ => 0,
     };
     all[..=first].rotate_right(1);

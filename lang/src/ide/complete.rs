@@ -986,7 +986,11 @@ fn call_snippet(function: &Builtin) -> String {
         parts.push(format!("${}", next()));
         parts.extend(needed.map(|param| format!("{}: ${}", param.name, next())));
     } else {
-        parts.extend(needed.map(|param| format!("${{{}:{}}}", next(), param.name)));
+        // A word of the language would be no value.
+        parts.extend(needed.map(|param| match KEYWORDS.contains(&param.name) {
+            true => format!("${}", next()),
+            false => format!("${{{}:{}}}", next(), param.name),
+        }));
     }
     format!("{}({})", function.name, parts.join(", "))
 }

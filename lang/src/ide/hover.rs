@@ -69,7 +69,7 @@ pub fn hover(analysis: &Analysis, offset: u32) -> Option<Hover> {
         K::Color => {
             let [r, g, b, _] = super::colors::channels(token.text())?;
             let linear = [r, g, b].map(|channel| format!("{:.4}", builtin::srgb_to_linear(f64::from(channel) / 255.0)));
-            said(format!("`{}` · a colour: `rgb({r}, {g}, {b})` of 255, `linear({})`", token.text(), linear.join(", ")))
+            said(format!("`{}` · a colour: {r}, {g}, {b} of 255, `linear({})`", token.text(), linear.join(", ")))
         }
         kind if kind.is_keyword() || kind == K::Boolean => {
             said(format!("**{}** · {}", token.text(), word(token.text())?))
