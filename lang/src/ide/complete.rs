@@ -1082,7 +1082,10 @@ mod tests {
             if matches!(one.label.as_str(), "ease" | "after" | "like") {
                 continue;
             }
-            let filled = filled(&one.snippet);
+            let mut filled = filled(&one.snippet);
+            if filled.ends_with(": ") {
+                filled += "x";
+            }
             let plain = if one.plain.ends_with(": ") { format!("{}x", one.plain) } else { one.plain.clone() };
             for new in [
                 Some(filled),
@@ -1118,7 +1121,7 @@ mod tests {
             "let a = (|)",
             "let a = twice(|)",
             "let a = mix(|)",
-            "fn f(x) {{ | return x }}",
+            "fn f(x) {{ |\n return x }}",
             "param a: | = 1",
             "group g {{ | }}",
             "for i in 0..3 {{ | }}",
