@@ -20,6 +20,9 @@ pub struct Shows {
     pub markdown: bool,
 }
 
+/// Frames a second and seconds, once they are needed: they take an evaluation of the whole scene.
+pub type Clock<'a> = &'a mut dyn FnMut() -> Option<(f64, f64)>;
+
 pub fn completions(
     analysis: &Analysis,
     project: &Project,
@@ -96,7 +99,7 @@ fn markup(text: String, shows: Shows) -> lsp::MarkupContent {
 pub fn hover(
     analysis: &Analysis,
     offset: u32,
-    clock: Option<(f64, f64)>,
+    clock: Clock<'_>,
     encoding: Encoding,
     shows: Shows,
 ) -> Option<lsp::Hover> {
@@ -113,14 +116,14 @@ pub fn hover(
 }
 
 /// A value, in words: of one that moves, where it begins and where it ends.
-fn shown(value: &Amount, clock: Option<(f64, f64)>, long: bool) -> String {
+fn shown(value: &Amount, clock: Clock<'_>, long: bool) -> String {
     match value {
         Amount::Is(text, false) => format!("`{text}`"),
         Amount::Is(text, true) if long => format!("`{text}` the first time, then others"),
         Amount::Is(text, true) => format!("`{text}` …"),
         Amount::Surface => "differs from point to point".to_string(),
         Amount::Moves(moving) => {
-            let (fps, end) = clock.unwrap_or((24.0, 0.0));
+            let (fps, end) = clock().unwrap_or((24.0, 0.0));
             let at = |time: f64| {
                 let numbers: Vec<f64> =
                     moving.parts.iter().map(|part| kinora_animator::value(part, time, fps)).collect();
@@ -135,7 +138,7 @@ fn shown(value: &Amount, clock: Option<(f64, f64)>, long: bool) -> String {
     }
 }
 
-pub fn hints(analysis: &Analysis, within: Span, clock: Option<(f64, f64)>, encoding: Encoding) -> Vec<lsp::InlayHint> {
+pub fn hints(analysis: &Analysis, within: Span, clock: Clock<'_>, encoding: Encoding) -> Vec<lsp::InlayHint> {
     let found = ide::hints(analysis, within);
     let values = values_at(&analysis.modules, &Overrides::default(), &ide::watched(&found));
     let source = &analysis.tree.source;

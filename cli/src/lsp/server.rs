@@ -515,7 +515,7 @@ impl<'c> Server<'c> {
                 let params: lsp::HoverParams = needed(params)?;
                 let at = params.text_document_position_params;
                 let (analysis, _, offset) = self.at(&at)?;
-                let clock = self.clock(&at.text_document.uri);
+                let clock = &mut || self.clock(&at.text_document.uri);
                 give(answers::hover(&analysis, offset, clock, encoding, shows))
             }
             ask::SignatureHelpRequest::METHOD => {
@@ -642,7 +642,7 @@ impl<'c> Server<'c> {
                 let params: lsp::InlayHintParams = needed(params)?;
                 let (analysis, _) = self.analysis(&params.text_document.uri)?;
                 let within = encoding.span(&analysis.tree.source, params.range);
-                let clock = self.clock(&params.text_document.uri);
+                let clock = &mut || self.clock(&params.text_document.uri);
                 give(answers::hints(&analysis, within, clock, encoding))
             }
             ask::CodeActionRequest::METHOD => {
