@@ -57,14 +57,15 @@ pub(super) fn control_characters(finder: &mut Finder<'_>, inside: Span) {
     }
 }
 
-/// Carriage returns that end no line: a comment would go on behind them unseen.
+/// Carriage returns that end no line: a comment would go on behind them unseen. Behind the last one of a text nothing does.
 fn lone_returns(finder: &mut Finder<'_>, inside: Span) {
     let text = finder.text(inside);
     if !text.contains('\r') {
         return;
     }
     let bytes = text.as_bytes();
-    let is_lone = |at: &usize| bytes[*at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
+    let ends = (finder.source.len() - inside.start) as usize;
+    let is_lone = |at: &usize| bytes[*at] == b'\r' && bytes.get(at + 1) != Some(&b'\n') && at + 1 != ends;
     let (mut lone, place) = ((0..bytes.len()).filter(is_lone), |at: usize| inside.start + at as u32);
     let Some(first) = lone.next() else { return };
     let last = lone.next_back().unwrap_or(first);
