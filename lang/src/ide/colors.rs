@@ -1,8 +1,11 @@
 //! Colours as they are written, for swatches and pickers.
 
-use crate::builtin::srgb_to_linear;
-use crate::source::Span;
+use crate::builtin::{self, Call, Given, More, Topic, srgb_to_linear};
+use crate::dimension::unit;
+use crate::eval::graph::Graph;
+use crate::source::{FileId, Span};
 use crate::syntax::{Part, SyntaxKind as K, Tree};
+use crate::value::Value;
 
 /// A colour in a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +33,7 @@ fn linear_to_srgb(x: f64) -> f64 {
     if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The colours of a text: literals, and calls of `linear` and `srgb` with plain numbers.
+/// The colours of a text: literals, and calls of functions of colours with plain numbers.
 pub fn colors(tree: &Tree) -> Vec<ColorAt> {
     let mut found = Vec::new();
     for part in tree.root().all() {
@@ -48,28 +51,40 @@ pub fn colors(tree: &Tree) -> Vec<ColorAt> {
     found
 }
 
-/// `linear(0.1, 0.2, 0.3)`, and `srgb`: what a picker can write back.
+/// `linear(0.1, 0.2, 0.3)`, `hsv(40deg, 50%, 1)`: a call by place with plain numbers.
 fn called(part: Part<'_>) -> Option<ColorAt> {
     let mut parts = part.parts();
     let (name, args) = (parts.next()?, parts.next()?);
     if parts.next().is_some() || args.kind() != K::Args {
         return None;
     }
-    let values: Option<Vec<f64>> = args.nodes().map(|value| plain(value.text())).collect();
-    let [r, g, b] = values?.try_into().ok()?;
-    let srgb = match name.text() {
-        "linear" => [r, g, b].map(linear_to_srgb),
-        "srgb" => [r, g, b],
-        _ => return None,
-    };
-    let fits = srgb.iter().all(|channel| (0.0..=1.0).contains(channel));
-    fits.then_some(ColorAt { span: part.span(), srgb })
+    let function = builtin::find(name.text()).filter(|function| function.topic == Topic::Color)?;
+    let values = args.nodes().map(|value| Some((Some(plain(value.text())?), value.span())));
+    let mut given: Given = values.collect::<Option<_>>()?;
+    if given.len() > function.params.len() {
+        return None;
+    }
+    given.resize(function.params.len(), (None, part.span()));
+    let mut graph = Graph::default();
+    let mut call = Call::new(&mut graph, function, given, More::new(), FileId::default(), part.span());
+    let Value::Color(linear) = (function.run)(&mut call) else { return None };
+    if !call.problems.is_empty() {
+        return None;
+    }
+    let srgb = linear.map(|channel| channel.constant().map_or(f64::NAN, linear_to_srgb));
+    // What a display cannot show has no swatch.
+    let fits = srgb.iter().all(|channel| (-1e-6..=1.0 + 1e-6).contains(channel));
+    fits.then(|| ColorAt { span: part.span(), srgb: srgb.map(|channel| channel.clamp(0.0, 1.0)) })
 }
 
-fn plain(text: &str) -> Option<f64> {
-    match text.strip_suffix('%') {
-        Some(percent) => percent.parse::<f64>().ok().map(|value| value / 100.0),
-        None => text.parse().ok(),
+/// A number with its unit, if it has one.
+fn plain(text: &str) -> Option<Value> {
+    let digits = text.find(|letter: char| !letter.is_ascii_digit() && !"._-+eE".contains(letter)).unwrap_or(text.len());
+    let (digits, with) = text.split_at(digits);
+    let value: f64 = digits.replace('_', "").parse().ok()?;
+    match with {
+        "" => Some(Value::number(value)),
+        with => unit(with).map(|(factor, of)| Value::quantity(value * factor, of)),
     }
 }
 
@@ -90,4 +105,45 @@ pub fn spellings(srgb: [f64; 3], there: &str) -> Vec<String> {
     };
     all[..=first].rotate_right(1);
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Source;
+    use crate::syntax::parse;
+
+    fn check(text: &str, expected: Option<[f64; 3]>) {
+        let text = format!("let a = {text}");
+        let found = colors(&parse(&Source::new(FileId(0), "a.kin", text.as_str())));
+        let near = |found: [f64; 3], expected: [f64; 3]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-3);
+        match (found.as_slice(), expected) {
+            ([], None) => {}
+            ([found], Some(expected)) if near(found.srgb, expected) => {}
+            _ => panic!("{text}: {found:?}"),
+        }
+    }
+
+    #[test]
+    fn swatches() {
+        check("#f80", Some([1.0, 0.533, 0.0]));
+        check("#ff880040", Some([1.0, 0.533, 0.0]));
+        check("linear(50%, 0.25, 1)", Some([0.735, 0.537, 1.0]));
+        check("srgb(0.1, 0.2, 0.3)", Some([0.1, 0.2, 0.3]));
+        check("hsv(0deg, 100%, 1)", Some([1.0, 0.0, 0.0]));
+        // White has no hue: the published coordinates of OKLCh.
+        check("oklch(1, 0, 0deg)", Some([1.0, 1.0, 1.0]));
+        check("linear(2, 0, 0)", None);
+        check("linear(time, 0, 0)", None);
+        check("linear(1, 0)", None);
+        check("hsv(h: 0deg, s: 1, v: 1)", None);
+        check("linear(1m, 0, 0)", None);
+    }
+
+    #[test]
+    fn written_as_it_was() {
+        assert_eq!(spellings([1.0, 0.5, 0.0], "#000")[0], "#ff8000");
+        assert_eq!(spellings([1.0, 0.5, 0.0], "linear(0, 0, 0)")[0], "linear(1, 0.214, 0)");
+        assert_eq!(spellings([1.0, 0.5, f64::NAN], "srgb(0, 0, 0)")[0], "srgb(1, 0.5, 0)");
+    }
 }
