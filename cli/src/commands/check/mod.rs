@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use kinora_lang::diagnostic::{Applicability, Diagnostic, sort};
 use kinora_lang::source::{FileId, Source};
+use kinora_scene::Shutter;
 
 use crate::exit::{self, Outcome};
 use crate::flags::{FileFlags, LevelFlags, ValueFlags};
@@ -179,7 +180,14 @@ fn in_time(loaded: &Loaded, frames: Option<Frames>) -> Option<Diagnostic> {
     let count = wanted.min(all);
     (0..count).find_map(|at| {
         let frame = (i128::from(at) * i128::from(all - 1) / i128::from((count - 1).max(1))) as i64;
-        loaded.sample(scene.clock.shutter_of(frame)).err().map(|found| *found)
+        let Shutter { open_s, close_s } = scene.clock.shutter_of(frame);
+        // A picture of all that the shutter sees is many worlds; the first, the middle and the last of them tell enough.
+        let mut instants = vec![open_s, (open_s + close_s) / 2.0, close_s];
+        instants.dedup();
+        instants.into_iter().find_map(|time| {
+            let found = loaded.sample(Shutter { open_s: time, close_s: time }).err();
+            found.map(|found| *found)
+        })
     })
 }
 
