@@ -30,12 +30,9 @@ const MOST: usize = 1_000;
 /// Reads, evaluates and samples a text that is open.
 pub fn diagnose(path: &Path, open: &Arc<Open>, cache: &Arc<Cache>) -> Findings {
     let changes = Changes { kept: Kept(Some(cache.clone())), open: open.clone(), ..Changes::default() };
-    let loaded = match session::load_as(FileId(0), path, &changes) {
-        Ok(loaded) => loaded,
-        // A text whose folder is not there: it is read without one.
-        Err(_) => return nowhere(path, open),
-    };
     let project = Project::of(path, open);
+    // A text whose folder is not there is read without one.
+    let Ok(loaded) = session::load_as(FileId(0), path, &changes) else { return nowhere(&project) };
     let address = |source: &Source| match source.id == FileId(0) {
         true => uri::of(path),
         false => project.uri(&source.name),
@@ -45,25 +42,17 @@ pub fn diagnose(path: &Path, open: &Arc<Open>, cache: &Arc<Cache>) -> Findings {
     Findings { found: findings(&loaded, None, false), sources, clock }
 }
 
-fn nowhere(path: &Path, open: &Open) -> Findings {
-    let name = path.file_name().map_or_else(|| "scene.kin".into(), |name| name.to_string_lossy().into_owned());
-    let text = open.get(path).map_or_else(String::new, |bytes| String::from_utf8_lossy(bytes).into_owned());
-    let tree = kinora_lang::parse(&Source::new(FileId(0), name, text));
-    let project = Project::of(path, open);
+fn nowhere(project: &Project) -> Findings {
+    let name = project.name();
+    let tree = kinora_lang::parse(&project.source(name).unwrap_or_else(|| Source::new(FileId(0), name, "")));
     let (result, sources) = kinora_lang::eval_project(&tree, project.files(), &kinora_lang::Overrides::default());
     let (found, clock) = match result {
         Ok(evaluated) => (evaluated.warnings, Some((evaluated.scene.clock.fps, evaluated.scene.clock.duration_s))),
         Err(found) => (found, None),
     };
-    Findings {
-        found,
-        sources: sources
-            .into_iter()
-            .map(|source| (project.uri(&source.name).filter(|_| !library::is_path(&source.name)), source))
-            .map(|(address, source)| (source, address))
-            .collect(),
-        clock,
-    }
+    let address = |source: &Source| project.uri(&source.name).filter(|_| !library::is_path(&source.name));
+    let sources = sources.into_iter().map(|source| (source.clone(), address(&source))).collect();
+    Findings { found, sources, clock }
 }
 
 impl Findings {

@@ -15,6 +15,11 @@ pub fn srgb_to_linear(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
+/// The sRGB transfer function, encoding.
+pub fn linear_to_srgb(light: f64) -> f64 {
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
 fn decode(graph: &mut Graph, encoded: Scalar) -> Scalar {
     if let Scalar::Const(value) = encoded {
         return srgb_to_linear(value).into();

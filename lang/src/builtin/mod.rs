@@ -10,7 +10,7 @@ mod table;
 pub mod texture;
 pub mod turn;
 
-pub use color::srgb_to_linear;
+pub use color::{linear_to_srgb, srgb_to_linear};
 pub use table::BUILTINS;
 pub use turn::{quaternion, turn_after, turned};
 

@@ -49,6 +49,15 @@ const OUTSIDE: [(&str, Outside); 5] = [
 /// The words of `space`: whether it is OKLCh.
 const SPACES: [(&str, bool); 2] = [("linear", false), ("oklch", true)];
 
+/// The options of `keys(..)` and the words of each.
+pub fn options() -> [(&'static str, Vec<&'static str>); 3] {
+    [
+        ("interpolate", WAYS.map(|row| row.0).to_vec()),
+        ("outside", OUTSIDE.map(|row| row.0).to_vec()),
+        ("space", SPACES.map(|row| row.0).to_vec()),
+    ]
+}
+
 /// What `keys(..)` says.
 #[derive(Clone, Copy)]
 struct Options {

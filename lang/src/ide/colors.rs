@@ -1,6 +1,6 @@
 //! Colours as they are written, for swatches and pickers.
 
-use crate::builtin::{self, Call, Given, More, Topic, srgb_to_linear};
+use crate::builtin::{self, Call, Given, More, Topic, linear_to_srgb, srgb_to_linear};
 use crate::dimension::unit;
 use crate::eval::graph::Graph;
 use crate::source::{FileId, Span};
@@ -26,11 +26,6 @@ pub fn channels(text: &str) -> Option<[u8; 4]> {
         8 => Some([at(0, 2)?, at(2, 2)?, at(4, 2)?, at(6, 2)?]),
         _ => None,
     }
-}
-
-/// Linear light as a display takes it.
-fn linear_to_srgb(x: f64) -> f64 {
-    if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The colours of a text: literals, and calls of functions of colours with plain numbers.

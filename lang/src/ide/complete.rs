@@ -6,11 +6,13 @@ use super::walk::{Seen, walk};
 use crate::builtin::{self, BUILTINS, Builtin, ease};
 use crate::dimension::{Dimension, UNITS};
 use crate::eval::items::kind_text;
+use crate::eval::keys;
 use crate::eval::surface::POINT_NAMES;
 use crate::files::{Files, resolve};
 use crate::library;
 use crate::schema::{self, Default, Holds, KINDS, Kind, Place, Property, Since, Sort, TYPES, Type};
 use crate::source::{Source, Span};
+use crate::suggest::any_of;
 use crate::syntax::ast::{self, Item};
 use crate::syntax::{Part, SyntaxKind as K, parse};
 
@@ -517,13 +519,7 @@ impl<'a> List<'a> {
             .collect();
         let mut names: Vec<(String, String)> = Vec::new();
         if name == "keys" {
-            names = [
-                ("interpolate", "eased, linear, step, spline or hermite"),
-                ("outside", "hold, loop, pingpong, extend or error"),
-                ("space", "linear or oklch"),
-            ]
-            .map(|(name, detail)| (name.to_string(), detail.to_string()))
-            .into();
+            names = keys::options().map(|(name, words)| (name.to_string(), any_of(words).replace('`', ""))).into();
         } else if let Some(Visible::Fn(decl)) = self.named(name) {
             names.extend(decl.params.iter().map(|formal| (formal.name.text.to_string(), String::new())));
         } else if let Some(function) = builtin::find(name) {
@@ -571,9 +567,10 @@ impl<'a> List<'a> {
     fn argument(&mut self, args: Part<'a>, index: usize, name: Option<&str>) {
         let function = called(args);
         let words: Vec<&str> = match (function, name) {
-            (Some("keys"), Some("interpolate")) => vec!["eased", "linear", "step", "spline", "hermite"],
-            (Some("keys"), Some("outside")) => vec!["hold", "loop", "pingpong", "extend", "error"],
-            (Some("keys"), Some("space")) => vec!["linear", "oklch"],
+            (Some("keys"), Some(name)) => {
+                let option = keys::options().into_iter().find(|(option, _)| *option == name);
+                option.map_or_else(Vec::new, |(_, words)| words)
+            }
             (Some(function), name) => {
                 let row = builtin::find(function);
                 let param = row.and_then(|row| match name {

@@ -58,6 +58,16 @@ pub fn kind_of<'t>(node: Part<'t>) -> Option<Part<'t>> {
     node.parts().find(|part| part.kind() == K::Path)
 }
 
+/// Whether a path is the kind of a node, written as an item or as a value.
+pub fn is_kind(path: Part<'_>) -> bool {
+    let body = |part: Part<'_>| matches!(part.kind(), K::Block | K::Like);
+    path.parent().is_some_and(|parent| match parent.kind() {
+        K::Node => true,
+        K::Named => parent.nodes().any(body),
+        _ => false,
+    })
+}
+
 /// The schema's kind of a node.
 pub fn schema_kind(node: Part<'_>) -> Option<&'static Kind> {
     schema::kind(kind_of(node)?.text())

@@ -1,7 +1,7 @@
 //! What stands at a place, in words.
 
 use super::Analysis;
-use super::cursor::{Owner, Slot, called, owner, schema_kind, slot};
+use super::cursor::{Owner, Slot, called, is_kind, owner, schema_kind, slot};
 use crate::builtin::{self, Builtin, ease};
 use crate::dimension::{show, unit};
 use crate::eval::Symbol;
@@ -104,8 +104,7 @@ fn value_of(property: Part<'_>) -> Option<Span> {
 fn path(analysis: &Analysis, token: Part<'_>, offset: u32) -> Option<Hover> {
     let said = |text: String| Some(Hover { span: token.span(), text, value: None });
     let parent = token.parent()?;
-    let of_node = parent.kind() == K::Node
-        || parent.kind() == K::Named && parent.nodes().any(|part| matches!(part.kind(), K::Block | K::Like));
+    let of_node = is_kind(token);
     // The value of what is named, or of the call.
     let next = parent.parts().find(|part| part.span().start >= token.span().end);
     let args = next.filter(|part| part.kind() == K::Args);

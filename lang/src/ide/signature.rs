@@ -4,6 +4,7 @@ use super::Analysis;
 use super::cursor::{Slot, called, slot};
 use super::names::Declaration;
 use crate::builtin;
+use crate::eval::keys;
 use crate::syntax::SyntaxKind as K;
 
 /// A function that is called.
@@ -57,12 +58,9 @@ pub fn signature(analysis: &Analysis, offset: u32) -> Option<Signature> {
         }
         Some(_) => return None,
         None if name == "keys" => {
-            let rows = [
-                ("interpolate", "interpolate: eased | linear | step | spline | hermite"),
-                ("outside", "outside: hold | loop | pingpong | extend | error"),
-                ("space", "space: linear | oklch"),
-            ];
-            let rows = rows.map(|(name, text)| (name.to_string(), text.to_string(), true));
+            let row =
+                |(name, words): (&str, Vec<&str>)| (name.to_string(), format!("{name}: {}", words.join(" | ")), true);
+            let rows = keys::options().map(row);
             (rows.into(), String::new(), "Options of keyframes.".into())
         }
         None => {

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::Analysis;
-use super::cursor::{Slot, slot};
+use super::cursor::{Slot, is_kind, slot};
 use crate::builtin;
 use crate::eval::Symbol;
 use crate::eval::surface::is_point;
@@ -154,17 +154,13 @@ fn classify(part: Part<'_>, names: &FxHashMap<Span, (Symbol, bool)>, found: &mut
         },
         K::Path => {
             let mut at = span.start;
+            let is_kind = is_kind(part);
             for (i, segment) in part.text().split('.').enumerate() {
                 let own = Span::new(at, at + segment.len() as u32);
                 at = own.end + 1;
                 if segment.is_empty() {
                     continue;
                 }
-                let is_kind = parent == K::Node
-                    || parent == K::Named
-                        && part
-                            .parent()
-                            .is_some_and(|named| named.nodes().any(|node| matches!(node.kind(), K::Block | K::Like)));
                 let (kind, modifiers) = match names.get(&own) {
                     Some((symbol, declares)) => (kind_of(symbol), modifiers_of(symbol, *declares)),
                     None if i > 0 => (TokenKind::Property, NONE),
