@@ -520,6 +520,7 @@ pub fn too_large(error: &kinora_renderer::PackError) -> Diagnostic {
         | PackError::Words { .. }
         | PackError::Copies { .. }
         | PackError::Materials { .. }
+        | PackError::Records { .. }
         | PackError::Emitters { .. }
         | PackError::CutOuts { .. }
         | PackError::Tape { .. }

@@ -249,6 +249,8 @@ const TREE_LIGHT: u32 = 0x80000000u;
 const TREE_TWO_SIDED: u32 = 0x40000000u;
 /// Words of a child; two of them stand side by side.
 const TREE_CHILD: u32 = 8u;
+/// The lower half of a child's word of cosines where its normals go to all sides: -1 in it.
+const TREE_ALL_SIDES: u32 = 0x8001u;
 /// Levels of the tree: as many as there are bits in a light's way down.
 const TREE_LEVELS: u32 = 32u;
 
@@ -261,66 +263,83 @@ fn sin_of(cosine: f32) -> f32 {
     return sqrt(max(0.0, 1.0 - cosine * cosine));
 }
 
-// At most how much light the child of the tree at word `at` brings to `p`: onto a surface with the normal `n`, or any one
-// if that is 0. Child: centre of its ball, radius, W/sr, axis of its normals (octahedral), cosines of their spread and of
-// how far from a normal light is sent (as `unpack2x16snorm`), what it is.
-fn light_importance(at: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
-    let ball_of_child = bitcast<vec4<f32>>(words_from(at));
-    let light = words_from(at + 4u);
-    let from_centre = p - ball_of_child.xyz;
-    let radius = ball_of_child.w;
-    let intensity = bitcast<f32>(light.x);
-    let distance_2 = dot(from_centre, from_centre);
-    if distance_2 <= radius * radius {
-        return intensity / (radius * radius);
+/// Two children of the tree: a measure of how much light each brings, and what each is.
+struct Children {
+    brings: vec2<f32>,
+    which: vec2<u32>,
+}
+
+// What the cone of a child leaves of its light along the unit vector `d` from it, 0 where none is sent; `child`: its last
+// four words; `ball`: cosine and sine of half the angle that it fills.
+fn cone_share(child: vec4<u32>, d: vec3<f32>, ball: vec2<f32>) -> f32 {
+    let cosines = unpack2x16snorm(child.z);
+    let along = dot(decode_normal(child.y), d);
+    let off_axis = clamp(select(along, abs(along), (child.w & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
+    var off_cone = vec2<f32>(1.0, 0.0);
+    if off_axis < cosines.x {
+        let sines = vec2<f32>(sin_of(off_axis), sin_of(cosines.x));
+        off_cone = vec2<f32>(off_axis * cosines.x + sines.x * sines.y, sines.x * cosines.x - off_axis * sines.y);
     }
+    let sent = cos_less(off_cone, ball);
+    return select(max(sent, 1e-3), 0.0, sent <= cosines.y);
+}
+
+// Whether a child with these last four words sends light to some sides only.
+fn has_cone(child: vec4<u32>) -> bool {
+    return (child.z & 0xffffu) != TREE_ALL_SIDES;
+}
+
+// The children at word `at`, as they light `p` on a surface with the normal `n`, or on any one if that is 0. Child: centre
+// of its ball, radius, W/sr, axis of its normals (octahedral), cosines of their spread and of how far from a normal light
+// is sent (as `unpack2x16snorm`), what it is.
+fn light_children(at: u32, p: vec3<f32>, n: vec3<f32>) -> Children {
+    let ball_a = bitcast<vec4<f32>>(words_from(at));
+    let rest_a = words_from(at + 4u);
+    let ball_b = bitcast<vec4<f32>>(words_from(at + TREE_CHILD));
+    let rest_b = words_from(at + TREE_CHILD + 4u);
+    let from_a = p - ball_a.xyz;
+    let from_b = p - ball_b.xyz;
+    let distance_2 = vec2<f32>(dot(from_a, from_a), dot(from_b, from_b));
+    let radius = vec2<f32>(ball_a.w, ball_b.w);
+    let within = distance_2 <= radius * radius;
     // Roots and divisions are what costs here.
-    let inverse_2 = 1.0 / distance_2;
+    let inverse_2 = 1.0 / max(distance_2, radius * radius);
     let inverse = sqrt(inverse_2);
-    let d = inverse * from_centre;
-    let sin_ball = radius * inverse;
-    let ball = vec2<f32>(sin_of(sin_ball), sin_ball);
-    let cosines = unpack2x16snorm(light.z);
-    var sent = 1.0;
-    // Else it shines to all sides.
-    if cosines.x > -1.0 {
-        let along = dot(decode_normal(light.y), d);
-        let off_axis = clamp(select(along, abs(along), (light.w & TREE_TWO_SIDED) != 0u), -1.0, 1.0);
-        var off_cone = vec2<f32>(1.0, 0.0);
-        if off_axis < cosines.x {
-            let sines = vec2<f32>(sin_of(off_axis), sin_of(cosines.x));
-            off_cone = vec2<f32>(off_axis * cosines.x + sines.x * sines.y, sines.x * cosines.x - off_axis * sines.y);
-        }
-        sent = cos_less(off_cone, ball);
-        if sent <= cosines.y {
-            return 0.0;
-        }
+    let sines = radius * inverse;
+    // cos a + sin b, cut at 1, for cos max(0, a - b), where a is the angle of the normal with the ball's centre, and b half
+    // the angle that the ball fills: two roots less, and 0 just where that is, when all of the ball is below the surface.
+    let facing = clamp(sines - inverse * vec2<f32>(dot(n, from_a), dot(n, from_b)), vec2<f32>(0.0), vec2<f32>(1.0));
+    let any_side = vec2<bool>(dot(n, n) <= 0.0) | within;
+    var brings = vec2<f32>(bitcast<f32>(rest_a.x), bitcast<f32>(rest_b.x)) * inverse_2;
+    brings *= select(facing, vec2<f32>(1.0), any_side);
+    if has_cone(rest_a) && !within.x {
+        brings.x *= cone_share(rest_a, inverse.x * from_a, vec2<f32>(sin_of(sines.x), sines.x));
     }
-    var importance = intensity * max(sent, 1e-3) * inverse_2;
-    if dot(n, n) > 0.0 {
-        let facing = clamp(-dot(n, d), -1.0, 1.0);
-        importance *= max(0.0, cos_less(vec2<f32>(facing, sin_of(facing)), ball));
+    if has_cone(rest_b) && !within.y {
+        brings.y *= cone_share(rest_b, inverse.y * from_b, vec2<f32>(sin_of(sines.y), sines.y));
     }
-    return importance;
+    return Children(brings, vec2<u32>(rest_a.w, rest_b.w));
 }
 
 // The light that the tree chooses by u, as `light_choose` does.
 fn light_tree_choose(p: vec3<f32>, n: vec3<f32>, u: ptr<function, f32>) -> Choice {
     var at = params.light_tree;
     var chance = 1.0;
+    var v = *u;
     for (var level = 0u; level < TREE_LEVELS; level++) {
-        let first = light_importance(at, p, n);
-        let sum = first + light_importance(at + TREE_CHILD, p, n);
+        let children = light_children(at, p, n);
+        let sum = children.brings.x + children.brings.y;
         if !(sum > 0.0) {
             return Choice(0u, 0.0);
         }
-        let share = first / sum;
-        let is_first = *u < share;
+        let share = children.brings.x / sum;
+        let is_first = v < share;
         let part = select(1.0 - share, share, is_first);
-        *u = clamp(select(*u - share, *u, is_first) / part, 0.0, 0.99999994);
+        v = clamp(select(v - share, v, is_first) / part, 0.0, 0.99999994);
         chance *= part;
-        let child = words[at + select(TREE_CHILD, 0u, is_first) + 7u];
+        let child = select(children.which.y, children.which.x, is_first);
         if (child & TREE_LIGHT) != 0u {
+            *u = v;
             return Choice(child & ~(TREE_LIGHT | TREE_TWO_SIDED), chance);
         }
         at = child & ~TREE_TWO_SIDED;
@@ -334,15 +353,15 @@ fn light_tree_chance(light: u32, p: vec3<f32>, n: vec3<f32>) -> f32 {
     var way = lights[light].kind.w;
     var chance = 1.0;
     for (var level = 0u; level < TREE_LEVELS; level++) {
-        let first = light_importance(at, p, n);
-        let sum = first + light_importance(at + TREE_CHILD, p, n);
+        let children = light_children(at, p, n);
+        let sum = children.brings.x + children.brings.y;
         if !(sum > 0.0) {
             return 0.0;
         }
         let is_first = (way & 1u) == 0u;
-        let share = first / sum;
+        let share = children.brings.x / sum;
         chance *= select(1.0 - share, share, is_first);
-        let child = words[at + select(TREE_CHILD, 0u, is_first) + 7u];
+        let child = select(children.which.y, children.which.x, is_first);
         if (child & TREE_LIGHT) != 0u {
             return chance;
         }
@@ -486,7 +505,7 @@ fn light_emission(s: LightSample, d: vec3<f32>, distance: f32) -> vec3<f32> {
             return light.edge_u.xyz * (share / (distance * distance));
         }
     }
-    let emitted = light_eval(s.shape, -dot(s.n, d), -d) * light_cover(s.shape);
+    let emitted = emitters_eval(u32(lights[s.light].edge_v.w), -dot(s.n, d), -d) * light_cover(s.shape);
     if (params.features & FEATURE_GLOW) != 0u {
         return emitted + glow_eval(light_surface(s), -dot(s.n, d));
     }
@@ -629,8 +648,13 @@ fn light_pdf(s: Surface, eye: vec3<f32>, n: vec3<f32>) -> f32 {
 
 /// Radiance, the same all over the surface, that shape `shape` sends in the direction `d`, whose cosine with its outward normal is `c`.
 fn light_eval(shape: u32, c: f32, d: vec3<f32>) -> vec3<f32> {
+    return emitters_eval(shapes[shape].index.z, c, d);
+}
+
+// The same of the shape whose first emitter is `first`.
+fn emitters_eval(first: u32, c: f32, d: vec3<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
-    for (var m = shapes[shape].index.z; m != NONE; m = materials[m].kind.w) {
+    for (var m = first; m != NONE; m = materials[m].kind.w) {
         let kind = materials[m].kind;
         if c <= 0.0 && (kind.y & EMITTER_TWO_SIDED) == 0u {
             continue;
@@ -657,6 +681,9 @@ fn light_eval(shape: u32, c: f32, d: vec3<f32>) -> vec3<f32> {
 
 /// The share of rays that a light's surface meets.
 fn light_cover(shape: u32) -> f32 {
+    if (params.features & FEATURE_CUTOUT) == 0u {
+        return 1.0;
+    }
     return materials[shapes[shape].index.x].more.w;
 }
 

@@ -203,7 +203,7 @@ struct Light {
     /// An edge; sphere: radius in x; ellipsoid and other: the determinant of its transform in x; other: its size in y;
     /// point, spot: W/sr; sun: radiance, or irradiance of one without a disc; w: chance to be chosen.
     edge_u: vec4<f32>,
-    /// The other edge; other: the chances of its parts; spot: the unit vector in which it shines, then 1 - cos of the cone's
+    /// The other edge; other: the chances of its parts; of all that have a shape: its first emitter in w, a whole number; spot: the unit vector in which it shines, then 1 - cos of the cone's
     /// half angle; sun: the same of its disc in x, 0 without one.
     edge_v: vec4<f32>,
     /// Of a flat light: its outward unit normal; w: 1 / area in m²; spot: x: 1 - cos of the half angle within which it is

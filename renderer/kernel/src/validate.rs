@@ -7,10 +7,10 @@ use std::fmt;
 use crate::albedo;
 use crate::generated::{
     FEATURE_BLADES, FEATURE_FISHEYE, FEATURE_LIGHT_TREE, FEATURE_ORTHOGRAPHIC, FEATURE_PANORAMA, FEATURE_SKY_MAP,
-    FEATURE_TAPE, FEATURE_TEXTURE, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_LIST, MAPS_OPACITY, MAPS_SIZE,
-    MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MATERIAL_SHEEN, MESH_SIZE, Material, NONE, OTHER_INSTANCE,
-    OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TAPE_LONGEST, TAPE_STEP,
-    TAPE_STEPS, TEXTURE_CHECKER, TEXTURE_KIND, TEXTURE_TAPE, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
+    FEATURE_TAPE, FEATURE_TEXTURE, LIGHT_POINT, LIGHT_SKY, LIGHT_SUN, LIGHT_TRIANGLE, MAPS_LIST, MAPS_OPACITY,
+    MAPS_SIZE, MATERIAL_EMITTER, MATERIAL_GLOSSY, MATERIAL_MIX, MATERIAL_SHEEN, MESH_SIZE, Material, NONE,
+    OTHER_INSTANCE, OTHER_TORUS, PRIMITIVE_KIND, PRIMITIVE_OTHER, PRIMITIVE_TRIANGLE, TABLE_ALBEDO, TAPE_LONGEST,
+    TAPE_STEP, TAPE_STEPS, TEXTURE_CHECKER, TEXTURE_KIND, TEXTURE_TAPE, TREE_CHILD, TREE_LIGHT, TREE_TWO_SIDED,
 };
 use crate::packed::Packed;
 use crate::query::Compressed;
@@ -88,6 +88,9 @@ impl Packed {
                 _ => At("lights", i).below("the kind of shape", light.kind.z.into(), OTHER_TORUS as usize + 1)?,
             }
             At("lights", i).below("the shape", light.kind.y.into(), self.shapes.len())?;
+            if light.kind.x < LIGHT_POINT {
+                At("lights", i).below("the emitter", light.edge_v.w as u64, self.materials.len())?;
+            }
         }
         self.validate_sky()?;
         self.validate_textures()?;

@@ -66,7 +66,7 @@ fn light(r: &mut Random, i: u32, count: u32) -> Light {
     Light {
         origin: r.cube(3.0).extend(i as f32 * chance),
         edge_u: u.extend(chance),
-        edge_v: v.extend(0.0),
+        edge_v: v.extend((12 + i % 2) as f32),
         normal: normal.extend(1.0 / u.cross(v).length()),
         kind: UVec4::new(i % 5, r.bits() as u32 % SHAPES, 0, 0),
     }

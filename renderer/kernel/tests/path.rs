@@ -101,7 +101,7 @@ impl Scene {
         *self.0.lights = vec![Light {
             origin: corner.extend(0.0),
             edge_u: u.extend(1.0),
-            edge_v: v.extend(0.0),
+            edge_v: v.extend(emitter as f32),
             normal: u.cross(v).extend(1.0),
             kind: UVec4::new(LIGHT_PARALLELOGRAM, shape, 0, 0),
         }];

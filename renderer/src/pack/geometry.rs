@@ -16,7 +16,7 @@ use crate::motion::Moved;
 
 use super::grow::{Branch, Plans};
 use super::lights::{self, Light, luminance};
-use super::materials::{Emitter, Reads, add_emitters, emitters};
+use super::materials::{Emitter, Known, Reads, add_emitters, append_emitters, emitters};
 use super::other::Other;
 use super::textures::Textures;
 use super::{NO_LIGHT, PackError, TURN};
@@ -42,6 +42,8 @@ pub struct Geometry {
     pub shines: Vec<bool>,
     /// Textures, and what meshes have for them.
     pub textures: Textures,
+    /// Records of emitters that shapes may share.
+    pub emitters: Known,
     /// Of the lamps that are spheres.
     pub lamp_material: Option<u32>,
 }
@@ -162,14 +164,18 @@ impl Geometry {
             }
         };
         let emitter = Emitter { radiance, two_sided: false, coats: Vec::new(), glow: None };
-        let first_emitter = add_emitters(&mut self.materials, &mut self.textures, &[emitter])?;
-        if let (Some((axis, [outer, inner])), Some(record)) =
-            (lights::cone(&lamp.light.kind), self.materials.get_mut(first_emitter as usize))
-        {
-            record.kind.y |= EMITTER_BEAM;
-            record.extra = axis.as_vec3().extend(0.0);
-            record.lobe = Vec4::new(outer as f32, inner as f32, 0.0, 0.0);
-        }
+        let first_emitter = match lights::cone(&lamp.light.kind) {
+            None => add_emitters(&mut self.materials, &mut self.emitters, &mut self.textures, &[emitter])?,
+            Some((axis, [outer, inner])) => {
+                let first = append_emitters(&mut self.materials, &mut self.textures, &[emitter])?;
+                if let Some(record) = self.materials.get_mut(first as usize) {
+                    record.kind.y |= EMITTER_BEAM;
+                    record.extra = axis.as_vec3().extend(0.0);
+                    record.lobe = Vec4::new(outer as f32, inner as f32, 0.0, 0.0);
+                }
+                first
+            }
+        };
         record.index = UVec4::new(black, self.lights.len() as u32, first_emitter, lamp.node as u32);
         self.add_sphere(shape, place);
         self.add_sphere_light(shape, place, Shining { power_per_m2: luminance(radiance), two_sided: false });
@@ -203,7 +209,7 @@ impl Geometry {
             Some(true) => emitters(&world.materials, instance.material, &self.materials, &mut self.textures, area)?,
             _ => Vec::new(),
         };
-        record.index.z = add_emitters(&mut self.materials, &mut self.textures, &found)?;
+        record.index.z = add_emitters(&mut self.materials, &mut self.emitters, &mut self.textures, &found)?;
         let cover = self.materials.get(instance.material).map_or(0.0, |m| f64::from(m.more.w));
         let sides = |two_sided| if two_sided { 2.0 } else { 1.0 };
         let power_per_m2 = found.iter().map(|e| cover * luminance(e.radiance) * sides(e.two_sided)).sum();

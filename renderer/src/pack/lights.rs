@@ -5,8 +5,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec3, UVec4, Vec3, Vec4};
-use kinora_kernel::Light as Packed;
 use kinora_kernel::generated::{LIGHT_POINT, LIGHT_SKY, LIGHT_SPOT, LIGHT_SUN, LIGHT_TRIANGLE};
+use kinora_kernel::{Light as Packed, Shape};
 use kinora_scene::{Beam, LightKind, Still};
 
 /// A light before it is known what the others are.
@@ -88,6 +88,14 @@ fn record(kind: u32, shape: u32, origin: DVec3, edges: [DVec3; 2], area_m2: f64)
         edge_v: edges[1].as_vec3().extend(0.0),
         normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3().extend((1.0 / area_m2) as f32),
         kind: UVec4::new(kind, shape, 0, 0),
+    }
+}
+
+/// Writes into a light the first emitter of its shape, if it has one; it is read for every sample of the light, and a
+/// shape is long.
+pub fn name_emitter(light: &mut Packed, shapes: &[Shape]) {
+    if light.kind.x < LIGHT_POINT {
+        light.edge_v.w = shapes.get(light.kind.y as usize).map_or(0.0, |shape| shape.index.z as f32);
     }
 }
 

@@ -513,11 +513,43 @@ fn shining(materials: &[Material<Still>]) -> Vec<bool> {
 /// Parts of one material that may shine, each under coats of its own.
 const MAX_EMITTERS: usize = 1000;
 
-/// Appends records of `emitters`, one linked to the next; gives the first's index, or NONE.
+/// Of emitters that neither vary nor have coats: radiance as bits and whether both sides shine.
+type Plain = ([u32; 3], bool);
+
+/// First records of emitters that are there already.
+pub type Known = BTreeMap<Vec<Plain>, u32>;
+
+/// Appends records of `emitters`, one linked to the next, or finds them among the `known` ones: thousands of lamps that
+/// are alike have one, which stays in a CPU's caches. Gives the first's index, or NONE.
 ///
 /// # Errors
 /// Textures are too deep or too large.
 pub fn add_emitters(
+    records: &mut Vec<Packed>,
+    known: &mut Known,
+    textures: &mut Textures,
+    emitters: &[Emitter],
+) -> Result<u32, PackError> {
+    let plain = |emitter: &Emitter| {
+        let bits = emitter.radiance.to_array().map(f32::to_bits);
+        (emitter.glow.is_none() && emitter.coats.is_empty()).then_some((bits, emitter.two_sided))
+    };
+    let Some(key) = emitters.iter().map(plain).collect::<Option<Vec<_>>>() else {
+        return append_emitters(records, textures, emitters);
+    };
+    if let Some(&first) = known.get(&key) {
+        return Ok(first);
+    }
+    let first = append_emitters(records, textures, emitters)?;
+    known.insert(key, first);
+    Ok(first)
+}
+
+/// As [`add_emitters`], but the records are new.
+///
+/// # Errors
+/// As there.
+pub fn append_emitters(
     records: &mut Vec<Packed>,
     textures: &mut Textures,
     emitters: &[Emitter],
@@ -621,6 +653,29 @@ mod tests {
         let found = emitters(&materials, 2, &records, &mut textures, || 1.0).expect("one shines");
         assert_eq!(found.len(), 1);
         assert!((found[0].radiance.x - 4.0 / 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn emitters_that_are_alike_have_one_record() {
+        let plain = |radiance: f32, two_sided: bool| Emitter {
+            radiance: Vec3::splat(radiance),
+            two_sided,
+            coats: Vec::new(),
+            glow: None,
+        };
+        let (mut records, mut known, mut textures) = (Vec::new(), Known::new(), Textures::default());
+        let mut add = |emitters: &[Emitter]| {
+            let first = add_emitters(&mut records, &mut known, &mut textures, emitters).expect("no textures");
+            (first, records.len())
+        };
+        assert_eq!(add(&[plain(1.0, false)]), (0, 1));
+        assert_eq!(add(&[plain(1.0, false)]), (0, 1));
+        assert_eq!(add(&[plain(1.0, true)]), (1, 2));
+        assert_eq!(add(&[plain(2.0, false)]), (2, 3));
+        // A list is its own, whatever it begins with.
+        assert_eq!(add(&[plain(1.0, false), plain(2.0, false)]), (4, 5));
+        assert_eq!(add(&[plain(1.0, false), plain(2.0, false)]), (4, 5));
+        assert_eq!(add(&[]), (NONE, 5));
     }
 
     #[test]

@@ -60,6 +60,11 @@ pub enum PackError {
         /// How many levels there may be.
         limit: usize,
     },
+    /// There are more materials than the kernel can count.
+    Records {
+        /// How many there may be.
+        limit: usize,
+    },
     /// Too many parts of one material shine.
     Emitters {
         /// How many there may be.
@@ -117,6 +122,7 @@ impl std::fmt::Display for PackError {
             PackError::Materials { limit } => {
                 write!(f, "a material is mixed or coated to more than {limit} levels")
             }
+            PackError::Records { limit } => write!(f, "there are more than {limit} materials"),
             PackError::Emitters { limit } => {
                 write!(f, "more than {limit} parts of a material shine, each in its own way")
             }
@@ -138,6 +144,9 @@ impl std::fmt::Display for PackError {
 }
 
 impl std::error::Error for PackError {}
+
+/// Records of materials: lights have the index of one as a number in single precision.
+const MAX_RECORDS: usize = 1 << 24;
 
 /// Primitives of one picture: their indices must fit into the kernel's 30 bits, with room to spare.
 const MAX_PRIMITIVES: usize = 1 << 28;
@@ -362,6 +371,12 @@ fn lay(geometry: &mut Geometry, world: &World, means: &mut Means) -> Result<(Pac
         }
     }
     let near_count = lights::choose_by_power(&mut geometry.lights);
+    if geometry.materials.len() > MAX_RECORDS {
+        return Err(PackError::Records { limit: MAX_RECORDS });
+    }
+    for light in &mut geometry.lights {
+        lights::name_emitter(&mut light.packed, &geometry.shapes);
+    }
     // What textures read stands first, since place 0 stands for nothing and their tables have fixed places.
     let texture_features = geometry.textures.features;
     let counts = (geometry.materials.len(), geometry.shapes.len());
