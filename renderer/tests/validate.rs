@@ -59,6 +59,7 @@ fn wrong_numbers() {
     check("the kind of materials[20]", |p| p.materials[20].kind.x = 1000);
     check("the kind of lights[0]", |p| p.lights[0].kind.x = 1000);
     check("the shape of lights[0] is 21, and must be below 21", |p| p.lights[0].kind.y = 21);
+    check("the emitter of lights[0] is 1000", |p| p.lights[0].edge_v.w = 1000.0);
     check("the number of projections", |p| p.params.features |= FEATURE_FISHEYE | FEATURE_PANORAMA);
     check("a lens without corners", |p| p.params.features |= FEATURE_BLADES);
     check("a lens's first corner", |p| {
